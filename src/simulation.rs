@@ -9,7 +9,7 @@ mod bands;
 pub(crate) mod budget;
 mod camera_pose;
 pub(crate) mod check;
-mod corner_image;
+pub(crate) mod corner_image;
 pub(crate) mod density;
 pub(crate) mod device_data;
 pub(crate) mod device_engine;

@@ -13,6 +13,7 @@ use super::progress::{progress_bar, stop_flag, warm_up_bar};
 use super::reach::ReachArguments;
 use super::thermal_state;
 use super::time::parse_time;
+use super::uncertainty::{sigma_at, sigma_of};
 use crate::guard::finding::CheckEffort;
 use crate::output::console::{self, answer, say};
 use crate::output::destination::{Destination, STANDARD_OUTPUT, destinations};
@@ -121,13 +122,15 @@ fn render_poses(arguments: &Arguments, poses: &Path) -> Result<(), CliError> {
     let forecast = Forecast::of(&prepared);
     let forecast = if arguments.from_state.is_some() { forecast.without_warm_up() } else { forecast };
     say!("{}", forecast.sentence());
+    let sigma = sigma_of(&prepared, &chosen, &stop)?;
     let mut engine = until(&stop, || chosen.engine(&prepared, Some(&camera))).map_err(stopped)??;
     let folder = folder.prepare(arguments.force, &inputs)?;
     let bars = [warm_up_bar(&forecast), progress_bar(forecast.images, "images")];
     let begun = until(&stop, || begin(state.as_ref(), &prepared, &mut *engine, &stop, &mut || bars[0].inc(1)));
     begun.map_err(|Stopped| CliError::Stopped(arguments.output.clone()))??;
     let errors = state.as_ref().and_then(|state| state.errors.as_ref());
-    let complete = write_pose_images(&prepared, &mut *engine, &folder, errors, &stop, &mut || bars[1].inc(1));
+    let known = (errors, sigma.as_ref());
+    let complete = write_pose_images(&prepared, &mut *engine, &folder, known, &stop, &mut || bars[1].inc(1));
     bars.iter().for_each(ProgressBar::finish_and_clear);
     if !complete? || stop.load(Ordering::Relaxed) {
         return Err(CliError::Stopped(arguments.output.clone()));
@@ -159,6 +162,7 @@ fn render_one(arguments: &Arguments, time: f64) -> Result<(), CliError> {
     let still = Forecast { steps, ..Forecast::of(&prepared) };
     let still = if arguments.from_state.is_some() { still.without_warm_up() } else { still };
     say!("{}", still.of_one_image().sentence());
+    let sigma = sigma_at(time, &prepared, &chosen, &stop)?;
     let mut simulation = until(&stop, || Simulation::new(prepared, &chosen)).map_err(stopped)??;
     let bars = [warm_up_bar(&still), progress_bar(steps, "stepping")];
     match &state {
@@ -176,11 +180,12 @@ fn render_one(arguments: &Arguments, time: f64) -> Result<(), CliError> {
     if !there {
         return Err(CliError::StoppedBefore);
     }
-    let image = until(&stop, || simulation.image(&camera, &Pose::OfCamera)).map_err(stopped)??;
+    let mut image = until(&stop, || simulation.image(&camera, &Pose::OfCamera)).map_err(stopped)??;
     let prepared = simulation.prepared();
     let step = (time / prepared.scene.time.step + 1e-9) as u32;
     let maker = FrameMaker::new(prepared, &simulation.device_name());
-    let header = maker.header(&image, step, None)?;
+    let mut header = maker.header(&image, step, None)?;
+    sigma.inspect(|sigma| sigma.add_only_to(&mut image, &mut header));
     output.write_bytes(&encode(&image, &header)?)?;
     let sensed = sensed_scenes(&prepared.scene);
     for files in SensorFiles::all(&sensed) {

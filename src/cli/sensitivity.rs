@@ -62,7 +62,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let stop = stop_flag();
     let bar = RefCell::new(spinner("preparing"));
     let news = |news| show_news(&bar, news);
-    let found = Search { target: &chosen, stop: &stop, news: &news, kept: &kept }.of(&prepared, parameters, values);
+    let found = Search { target: &chosen, stop: &stop, news: &news, kept: &kept, nodes_every: None }
+        .of(&prepared, parameters, values);
     bar.borrow().finish_and_clear();
     let found = found.inspect_err(|_| folder.take_back())?;
     write(&folder, &found)?;

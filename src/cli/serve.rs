@@ -145,6 +145,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
                 path.display()
             );
         }
+        if scene.uncertainty.take().is_some() {
+            say!(
+                "warning: {}: no protocol has a place for T_sigma, so [uncertainty] has no effect here",
+                path.display()
+            );
+        }
         prepared.push(scenes.add(name, path, scene)?);
     }
     let target = arguments.device.open()?;

@@ -266,6 +266,11 @@ fn check(spec: &Spec, scene: &Scene) -> Result<(), DatasetError> {
             "the scene asks for budgets (output.budget), which only images of radiance have: add \"radiance\" to images, or leave output.budget out",
         );
     }
+    if scene.uncertainty.is_some() {
+        return wrong(
+            "the scene asks for its uncertainty ([uncertainty]), which takes two runs for each parameter and no data set has: leave the section out, or use isotherm render --poses",
+        );
+    }
     if spec.cameras.iter().any(CameraRule::is_on_path) && !matches!(camera.motion, crate::scene::Motion::Path(_)) {
         return wrong("[camera] is of kind \"path\", and the scene has no camera.path");
     }

@@ -19,11 +19,12 @@ pub(super) fn measured_plot(fitted: &Fitted) -> Plot {
     let left_out = chosen.len().saturating_sub(MOST);
     chosen.truncate(MOST);
     let mut series = Vec::new();
-    for group in chosen {
+    for (colour, group) in chosen.into_iter().enumerate() {
         let line = |name: &str, mark: Mark, of: &dyn Fn(usize) -> f64| PlotLine {
             name: format!("{}: {name}", groups[group].name),
             points: points(fitted, group, of),
             mark,
+            colour: Some(colour),
             ..PlotLine::default()
         };
         series.push(line("fitted", Mark::Line, &|i| fitted.best.computed[i]));

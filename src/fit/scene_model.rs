@@ -225,7 +225,8 @@ pub(super) struct SceneModel<'a> {
 impl SceneModel<'_> {
     fn walked<T>(&self, walk: impl FnOnce(&VariantWalk<'_>) -> Result<T, FittingError>) -> Result<T, FittingError> {
         let warned = |text: String| (self.news)(RunNews::Says(format!("warning: {text}")));
-        walk(&VariantWalk { target: self.target, kept: &self.kept, stop: self.stop, stepped: &|| (), warned: &warned })
+        let (target, kept, stop) = (self.target, &self.kept, self.stop);
+        walk(&VariantWalk { target, kept, nodes_every: None, stop, stepped: &|| (), warned: &warned })
     }
 
     fn run_as_it_is(&mut self) -> Result<VariantRun, FittingError> {

@@ -71,6 +71,7 @@ pub(crate) mod temporary;
 mod thinned;
 pub(crate) mod ticks;
 pub(crate) mod tiff;
+pub(crate) mod tornado;
 mod typeface;
 pub(crate) mod video;
 pub(crate) mod views;

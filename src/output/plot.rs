@@ -34,9 +34,9 @@ pub(super) struct Layout {
     pub(crate) legend: u32,
 }
 
-const INK: RGBColor = RGBColor(25, 28, 32);
-const FAINT: RGBColor = RGBColor(95, 100, 108);
-const GRID: RGBColor = RGBColor(226, 228, 231);
+pub(super) const INK: RGBColor = RGBColor(25, 28, 32);
+pub(super) const FAINT: RGBColor = RGBColor(95, 100, 108);
+pub(super) const GRID: RGBColor = RGBColor(226, 228, 231);
 
 /// How the points of a series are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -63,6 +63,8 @@ pub struct PlotLine {
     pub band: Vec<[f64; 3]>,
     /// Style of the points.
     pub mark: Mark,
+    /// Number of the colour, which lines may share. `None` takes the place in the plot.
+    pub colour: Option<usize>,
 }
 
 /// Intervals of x with a grey background, such as eclipses.
@@ -153,11 +155,11 @@ impl Plot {
                 let band = thin(band, |b| [b[1], b[2]]);
                 let lower = band.iter().map(|b| (b[0], b[1]));
                 let outline: Vec<_> = lower.chain(band.iter().rev().map(|b| (b[0], b[2]))).collect();
-                chart.draw_series([Polygon::new(outline, series_colour(index).mix(0.16))]).map_err(text)?;
+                chart.draw_series([Polygon::new(outline, line_colour(index, line).mix(0.16))]).map_err(text)?;
             }
         }
         for (index, line) in self.series.iter().enumerate().rev() {
-            let colour = series_colour(index);
+            let colour = line_colour(index, line);
             let dot = |[x, y]: &[f64; 2]| Circle::new((*x, *y), 25 * FINE / 10, colour.filled());
             for run in runs(&line.points, |[a, b]| self.x.shows(*a) && self.y.shows(*b)) {
                 let points = thin(run, |p| [p[1], p[1]]);
@@ -205,7 +207,7 @@ impl Plot {
         };
         for (index, line) in self.series.iter().enumerate() {
             let y = 16.0 + ROW * index as f64;
-            let colour = series_colour(index);
+            let colour = line_colour(index, line);
             if !line.band.is_empty() {
                 let corners = [at(4.0, y - 6.0), at(26.0, y + 6.0)];
                 area.draw(&Rectangle::new(corners, colour.mix(0.16).filled())).map_err(text)?;
@@ -265,8 +267,8 @@ pub(super) fn draw_title(area: &Area, title: &str, subtitle: &str) -> Result<(),
 }
 
 /// Ten distinct colours (Tableau 10), repeated after the tenth.
-fn series_colour(index: usize) -> RGBColor {
-    let colour = colorous::TABLEAU10[index % colorous::TABLEAU10.len()];
+fn line_colour(index: usize, line: &PlotLine) -> RGBColor {
+    let colour = colorous::TABLEAU10[line.colour.unwrap_or(index) % colorous::TABLEAU10.len()];
     RGBColor(colour.r, colour.g, colour.b)
 }
 
@@ -281,7 +283,15 @@ fn font(size: f64, bold: bool, colour: RGBColor) -> TextStyle<'static> {
     TextStyle { color: colour.to_backend_color(), ..TextStyle::from(font) }
 }
 
-fn write(area: &Area, line: &str, (x, y): (f64, f64), size: f64, bold: bool, colour: RGBColor) -> Result<(), String> {
+/// Writes a line whose upper left corner is at a place [px].
+pub(super) fn write(
+    area: &Area,
+    line: &str,
+    (x, y): (f64, f64),
+    size: f64,
+    bold: bool,
+    colour: RGBColor,
+) -> Result<(), String> {
     let style = font(size, bold, colour).pos(Pos::new(HPos::Left, VPos::Top));
     let place = ((x * f64::from(FINE)) as i32, (y * f64::from(FINE)) as i32);
     area.draw(&Text::new(line.to_owned(), place, style)).map_err(text)

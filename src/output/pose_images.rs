@@ -8,6 +8,7 @@ use super::frame_writer::write_frame;
 use super::image_index::{IMAGES, write_index};
 use super::job_terms::JobError;
 use super::sensor_files::{SensorFiles, sensed_scenes};
+use super::sigma::RunSigma;
 use crate::simulation::engine::{Engine, EngineError};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::uncertainty::{Uncertainty, UncertaintyState};
@@ -16,7 +17,7 @@ use crate::simulation::{StepResult, run};
 pub(crate) const FILES: [&str; 4] = ["frames/image_#.exr", "frames/image_#.json", "frames/image_#_*", IMAGES];
 
 /// Draws the images of a scene whose images have their own times and poses, from the state at time 0 on. Returns whether all were drawn before `stop` was
-/// set. `errors` belong to the state at time 0, where it has them. `drawn` is called after each image.
+/// set. `errors` belong to the state at time 0, where it has them. `sigma` is the uncertainty of these images, where the scene asks for it. `drawn` is called after each image.
 ///
 /// # Errors
 /// A call that fails, a full disk, or errors of another scene.
@@ -24,7 +25,7 @@ pub(crate) fn write_pose_images(
     prepared: &Prepared,
     engine: &mut dyn Engine,
     folder: &Folder,
-    errors: Option<&UncertaintyState>,
+    (errors, sigma): (Option<&UncertaintyState>, Option<&RunSigma>),
     stop: &AtomicBool,
     drawn: &mut dyn FnMut(),
 ) -> Result<bool, JobError> {
@@ -38,7 +39,8 @@ pub(crate) fn write_pose_images(
         if let Some(uncertainty) = &mut uncertainty {
             uncertainty.follow(&mut result);
         }
-        if let Some((image, header)) = maker.frame(result)? {
+        if let Some((mut image, mut header)) = maker.frame(result)? {
+            sigma.inspect(|sigma| sigma.add_to(&mut image, &mut header));
             written.push(write_frame(folder, &of_sensors, &image, &header)?);
             drawn();
         }

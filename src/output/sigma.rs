@@ -63,7 +63,16 @@ pub(crate) struct RunSigma {
 impl RunSigma {
     /// Gives a frame its uncertainty.
     pub(super) fn add_to(&self, image: &mut Image, header: &mut FrameHeader) {
-        if let Some(sigma) = self.images.get(&(header.step, header.image)) {
+        self.add(self.images.get(&(header.step, header.image)), image, header);
+    }
+
+    /// Gives the only image its uncertainty.
+    pub(crate) fn add_only_to(&self, image: &mut Image, header: &mut FrameHeader) {
+        self.add(self.images.values().next(), image, header);
+    }
+
+    fn add(&self, sigma: Option<&ImageSigma>, image: &mut Image, header: &mut FrameHeader) {
+        if let Some(sigma) = sigma {
             image.sigma = sigma.clone();
             header.causes = self.causes.iter().map(|cause| cause.name.clone()).collect();
         }

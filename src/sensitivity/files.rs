@@ -4,9 +4,8 @@ use super::search::{Sensitivities, Sensitivity};
 use crate::output::OutputError;
 use crate::output::exr::encode_with;
 use crate::output::folder::Folder;
-use crate::output::plot::{Mark, Plot, PlotLine};
-use crate::output::plot_axis::Axis;
 use crate::output::run_pictures::frame_stem;
+use crate::output::tornado::{TornadoBar, tornado};
 use crate::scene::ParameterRange;
 
 const TABLE: &str = "sensitivity.csv";
@@ -42,7 +41,7 @@ pub(crate) fn write(folder: &Folder, all: &Sensitivities) -> Result<(), OutputEr
     folder.write_csv(TABLE, std::iter::once(head()).chain(rows(all)))?;
     let effects = effects(all);
     folder.write_csv(EFFECTS, effect_rows(all, &effects))?;
-    folder.write_bytes(PLOT, plot(all, &effects).svg()?.as_bytes())?;
+    folder.write_bytes(PLOT, plot(all, &effects)?.as_bytes())?;
     for (number, (image, header)) in all.images.iter().enumerate() {
         let mut extra = Vec::new();
         for (place, sensitivity) in all.of.iter().enumerate() {
@@ -152,27 +151,13 @@ pub(crate) fn summary(all: &Sensitivities) -> Vec<Vec<String>> {
     effect_rows(all, &effects(all))
 }
 
-/// A line for each parameter, from its effect at the low end of its range to its effect at the high end. The largest effect is on top.
-fn plot(all: &Sensitivities, effects: &[Effect<'_>]) -> Plot {
-    let line = |(number, effect): (usize, &Effect<'_>)| {
-        let height = -(number as f64) - 1.0;
-        let points = vec![[effect.ends[0], height], [effect.ends[1], height]];
-        PlotLine { name: effect.of.parameter.name.clone(), points, mark: Mark::Joined, ..PlotLine::default() }
-    };
-    let middle = -0.5 - effects.len() as f64;
-    let none = PlotLine {
-        name: "the scene as it is".to_owned(),
-        points: vec![[0.0, -0.5], [0.0, middle]],
-        mark: Mark::Dashed,
-        ..PlotLine::default()
-    };
-    Plot {
-        title: format!("What the ranges of parameters do: {}", all.scene),
-        subtitle: "largest change of a part or probe over the run, from the low to the high end of each range; places and times are in effects.csv"
-            .to_owned(),
-        x: Axis::linear("change of temperature [K]"),
-        y: Axis { range: Some([middle, -0.5]), ..Axis::linear("rank") },
-        series: effects.iter().enumerate().map(line).chain([none]).collect(),
-        ..Plot::default()
-    }
+/// A bar for each parameter, from its effect at the low end of its range to its effect at the high end. The largest effect is on top.
+fn plot(all: &Sensitivities, effects: &[Effect<'_>]) -> Result<String, OutputError> {
+    let bar = |effect: &Effect<'_>| TornadoBar { name: effect.of.parameter.name.clone(), ends: effect.ends };
+    tornado(
+        &format!("What the ranges of parameters do: {}", all.scene),
+        "largest change of a part or probe over the run, at both ends of each range; places and times are in effects.csv",
+        "change of temperature [K]",
+        &effects.iter().map(bar).collect::<Vec<_>>(),
+    )
 }

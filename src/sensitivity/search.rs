@@ -60,6 +60,8 @@ pub(crate) struct Search<'a> {
     pub(crate) news: &'a dyn Fn(RunNews),
     /// Numbers of the images whose pixels are differenced.
     pub(crate) kept: &'a [usize],
+    /// The steps whose temperatures of nodes are kept, as in [`VariantWalk`].
+    pub(crate) nodes_every: Option<u32>,
 }
 
 /// Gives a scene the warm-up of a sensitivity: a tight one where the scene asks for its periodic state. Returns an assumption for the user where it does not.
@@ -97,7 +99,7 @@ pub(crate) fn check(parameters: &[Parameter], prepared: &Prepared) -> Result<Vec
 }
 
 impl Search<'_> {
-    /// All runs: the scene as it is, and four for each parameter, whose values [`check`] gave.
+    /// All runs: the scene as it is, and three for each parameter, whose values [`check`] gave.
     ///
     /// # Errors
     /// A run that fails, or Ctrl-C.
@@ -109,9 +111,8 @@ impl Search<'_> {
     ) -> Result<Sensitivities, SensitivityError> {
         let stepped = || (self.news)(RunNews::Stepped);
         let warned = |text: String| (self.news)(RunNews::Says(format!("warning: {text}")));
-        let walk =
-            VariantWalk { target: self.target, kept: self.kept, stop: self.stop, stepped: &stepped, warned: &warned };
-        let count = 4 * parameters.len() + 1;
+        let walk = self.walk(&stepped, &warned);
+        let count = 3 * parameters.len() + 1;
         self.begins(prepared, &format!("1 of {count}: the scene as it is"));
         // The engine keeps its view factors, which runs of the same geometry share, until all have ended.
         let mut engine = walk.begin(prepared, None)?;
@@ -120,17 +121,12 @@ impl Search<'_> {
         let mut of = Vec::new();
         for (number, (parameter, value)) in parameters.into_iter().zip(values).enumerate() {
             let step = parameter.step;
-            let pair = |step: f64, run: usize| {
-                let changed = |sign: f64, run: usize| {
-                    let percent = 100.0 * sign * step;
-                    let name = format!("{} of {count}: {} {percent:+} %", 4 * number + run, parameter.name);
-                    self.changed(&walk, prepared, &parameter, (1.0 + sign * step, &name), near.as_ref())
-                };
-                let [up, down] = [changed(1.0, run)?, changed(-1.0, run + 1)?];
-                Ok::<_, SensitivityError>(Differences::new(&up, &down, step))
+            let changed = |share: f64, run: usize| {
+                let name = format!("{} of {count}: {} {:+} %", 3 * number + run, parameter.name, 100.0 * share);
+                self.changed(&walk, prepared, &parameter, (1.0 + share, &name), near.as_ref())
             };
-            let (fine, coarse) = (pair(step, 2)?, pair(2.0 * step, 4)?);
-            of.push(fine.with_error(&coarse, parameter.clone(), value));
+            let runs = [changed(step, 2)?, changed(-step, 3)?, changed(2.0 * step, 4)?];
+            of.push(Differences { base: &base, runs: &runs, step }.sensitivity(parameter.clone(), value));
         }
         let parts = prepared.parts.iter().map(|name| ("part", name.clone()));
         let probes = prepared.scene.probes.iter().map(|probe| ("probe", probe.name.clone()));
@@ -156,8 +152,7 @@ impl Search<'_> {
     ) -> Result<VariantRun, SensitivityError> {
         let stepped = || (self.news)(RunNews::Stepped);
         let warned = |text: String| (self.news)(RunNews::Says(format!("warning: {text}")));
-        let walk =
-            VariantWalk { target: self.target, kept: self.kept, stop: self.stop, stepped: &stepped, warned: &warned };
+        let walk = self.walk(&stepped, &warned);
         let count = 2 * parameters.len() + 1;
         self.begins(prepared, &format!("1 of {count}: the scene as it is"));
         // As in `of`, the engine lives as long as runs share its view factors.
@@ -177,6 +172,11 @@ impl Search<'_> {
             take(number, [changed(1.0, 2)?, changed(-1.0, 3)?]);
         }
         Ok(base)
+    }
+
+    fn walk<'b>(&'b self, stepped: &'b dyn Fn(), warned: &'b dyn Fn(String)) -> VariantWalk<'b> {
+        let Self { target, kept, nodes_every, stop, .. } = *self;
+        VariantWalk { target, kept, nodes_every, stop, stepped, warned }
     }
 
     fn begins(&self, prepared: &Prepared, name: &str) {
@@ -204,42 +204,41 @@ impl Search<'_> {
     }
 }
 
-/// Differences of two runs over the step, for a change by all of the value [K].
-struct Differences {
-    rows: Vec<Vec<Option<f64>>>,
-    images: Vec<Vec<f32>>,
+/// Runs with a value as it is, and more and less by the step, and more by two steps.
+struct Differences<'a> {
+    base: &'a VariantRun,
+    runs: &'a [VariantRun; 3],
+    step: f64,
 }
 
-impl Differences {
-    fn new(up: &VariantRun, down: &VariantRun, step: f64) -> Self {
-        let over = |up: f64, down: f64| (up - down) / (2.0 * step);
-        let row = |(up, down): (&Vec<Option<f64>>, &Vec<Option<f64>>)| {
-            up.iter().zip(down).map(|(up, down)| up.zip(*down).map(|(up, down)| over(up, down))).collect()
-        };
-        let image = |((up, _), (down, _)): (&(Image, FrameHeader), &(Image, FrameHeader))| {
-            let pixels = up.temperature.iter().zip(&down.temperature);
-            pixels.map(|(up, down)| over(f64::from(*up), f64::from(*down)) as f32).collect()
-        };
-        Self {
-            rows: up.rows.iter().zip(&down.rows).map(row).collect(),
-            images: up.images.iter().zip(&down.images).map(image).collect(),
-        }
+impl Differences<'_> {
+    /// The derivative for a change by all of the value, and its error: three times the h^2 / 6 of the third derivative, which a difference of third order gives.
+    fn derivative(&self, base: f64, [up, down, far]: [f64; 3]) -> Derivative {
+        [(up - down) / (2.0 * self.step), (far - 3.0 * up + 3.0 * base - down).abs() / (2.0 * self.step)]
     }
 
-    /// The sensitivity, whose error is the difference from a coarser step.
-    fn with_error(&self, coarse: &Self, parameter: Parameter, value: Option<f64>) -> Sensitivity {
-        let row = |(fine, coarse): (&Vec<Option<f64>>, &Vec<Option<f64>>)| {
-            let both = fine.iter().zip(coarse).map(|(fine, coarse)| fine.zip(*coarse));
-            both.map(|both| both.map(|(fine, coarse)| [fine, (fine - coarse).abs()])).collect()
+    fn sensitivity(&self, parameter: Parameter, value: Option<f64>) -> Sensitivity {
+        let row = |number: usize| {
+            let at = |(place, base): (usize, &Option<f64>)| {
+                let [up, down, far] = self.runs.each_ref().map(|run| run.rows[number][place]);
+                Some(self.derivative((*base)?, [up?, down?, far?]))
+            };
+            self.base.rows[number].iter().enumerate().map(at).collect()
         };
-        let image = |(fine, coarse): (&Vec<f32>, &Vec<f32>)| {
-            [fine.clone(), fine.iter().zip(coarse).map(|(fine, coarse)| (fine - coarse).abs()).collect()]
+        let image = |number: usize| {
+            let of = |run: &VariantRun, pixel: usize| f64::from(run.images[number].0.temperature[pixel]);
+            let at = |pixel: usize| {
+                let changed = self.runs.each_ref().map(|run| of(run, pixel));
+                self.derivative(of(self.base, pixel), changed).map(|value| value as f32)
+            };
+            let pixels: Vec<[f32; 2]> = (0..self.base.images[number].0.temperature.len()).map(at).collect();
+            [0, 1].map(|part| pixels.iter().map(|pixel| pixel[part]).collect())
         };
         Sensitivity {
             parameter,
             value,
-            rows: self.rows.iter().zip(&coarse.rows).map(row).collect(),
-            images: self.images.iter().zip(&coarse.images).map(image).collect(),
+            rows: (0..self.base.rows.len()).map(row).collect(),
+            images: (0..self.base.images.len()).map(image).collect(),
         }
     }
 }

@@ -43,9 +43,9 @@ fn parameters(scene: &Scene, prepared: &Prepared) -> Result<Vec<Parameter>, Sens
 }
 
 /// A parameter of a scene, and how its deviation from the value is distributed, in shares of the value.
-struct Uncertain {
+pub(super) struct Uncertain {
     parameter: Parameter,
-    cause: SigmaCause,
+    pub(super) cause: SigmaCause,
     /// Standard deviation.
     spread: f64,
     /// Mean.
@@ -79,7 +79,7 @@ impl Uncertain {
 
 /// The mean square of a deviation, as its parameters add to it.
 #[derive(Debug, Clone, Copy, Default)]
-struct Deviation {
+pub(super) struct Deviation {
     variance: f64,
     mean: f64,
     /// The largest mean square of a parameter by itself, and its number.
@@ -89,7 +89,7 @@ struct Deviation {
 
 impl Deviation {
     /// Adds a parameter, whose derivative is for a change by all of its value. Returns its mean square.
-    fn add(&mut self, derivative: f64, number: usize, of: &Uncertain) -> f64 {
+    pub(super) fn add(&mut self, derivative: f64, number: usize, of: &Uncertain) -> f64 {
         let (spread, shift) = (derivative * of.spread, derivative * of.shift);
         self.variance += spread * spread;
         self.mean += shift;
@@ -100,9 +100,31 @@ impl Deviation {
         own
     }
 
-    fn sigma(&self) -> f64 {
+    pub(super) fn sigma(&self) -> f64 {
         (self.variance + self.mean * self.mean).sqrt()
     }
+
+    /// The number of the parameter that adds most, plus 1. 0 where none adds anything.
+    pub(super) fn label(&self) -> u32 {
+        if self.largest > 0.0 { self.cause + 1 } else { 0 }
+    }
+}
+
+/// The scene without what does not change its temperatures, its parameters, and how they are distributed.
+///
+/// # Errors
+/// A scene without ranges, or a parameter that does not fit.
+pub(super) fn uncertain_scene(
+    prepared: &Prepared,
+) -> Result<(Prepared, Vec<Parameter>, Vec<Uncertain>), SensitivityError> {
+    let parameters = parameters(&prepared.scene, prepared)?;
+    let mut scene = prepared.scene.clone();
+    tighten(&mut scene);
+    let base = prepared.varied(scene, |_| ())?;
+    let values = check(&parameters, &base)?;
+    let uncertain = parameters.iter().cloned().zip(values).map(|(parameter, value)| Uncertain::new(parameter, value));
+    let uncertain = uncertain.collect::<Result<_, _>>()?;
+    Ok((base, parameters, uncertain))
 }
 
 /// Finds the uncertainty of a run.
@@ -110,13 +132,7 @@ impl Deviation {
 /// # Errors
 /// A scene without ranges or with more images than memory would hold, a parameter that does not fit, a run that fails, or Ctrl-C.
 pub(crate) fn find_sigma(prepared: &Prepared, search: &Search<'_>) -> Result<RunSigma, SensitivityError> {
-    let parameters = parameters(&prepared.scene, prepared)?;
-    let mut scene = prepared.scene.clone();
-    tighten(&mut scene);
-    let base = prepared.varied(scene, |_| ())?;
-    let values = check(&parameters, &base)?;
-    let uncertain = parameters.iter().cloned().zip(values).map(|(parameter, value)| Uncertain::new(parameter, value));
-    let mut uncertain: Vec<Uncertain> = uncertain.collect::<Result<_, _>>()?;
+    let (base, parameters, mut uncertain) = uncertain_scene(prepared)?;
     let mut rows: Vec<Vec<Deviation>> = Vec::new();
     let mut images: Vec<Vec<[Deviation; 2]>> = Vec::new();
     let mut take = |number: usize, [up, down]: [VariantRun; 2]| {
@@ -148,7 +164,7 @@ pub(crate) fn find_sigma(prepared: &Prepared, search: &Search<'_>) -> Result<Run
     let image = |sums: Vec<[Deviation; 2]>| ImageSigma {
         temperature: sums.iter().map(|[sum, _]| sum.sigma() as f32).collect(),
         radiance: sums.iter().map(|[_, sum]| sum.sigma() as f32).collect(),
-        cause: sums.iter().map(|[sum, _]| if sum.largest > 0.0 { sum.cause + 1 } else { 0 }).collect(),
+        cause: sums.iter().map(|[sum, _]| sum.label()).collect(),
     };
     let parts = base.parts.iter().map(|name| ("part", name.clone()));
     let probes = base.scene.probes.iter().map(|probe| ("probe", probe.name.clone()));

@@ -22,6 +22,8 @@ pub(crate) struct VariantRun {
     pub(crate) rows: Vec<Vec<Option<f64>>>,
     /// Images, with what stands in the header of their files.
     pub(crate) images: Vec<(Image, FrameHeader)>,
+    /// Temperatures of all nodes in the order of the device [K], with their steps.
+    pub(crate) nodes: Vec<(u32, Vec<f32>)>,
 }
 
 /// What all runs share.
@@ -29,6 +31,8 @@ pub(crate) struct VariantWalk<'a> {
     pub(crate) target: &'a Target,
     /// Numbers of the images that are kept.
     pub(crate) kept: &'a [usize],
+    /// The temperatures of nodes are kept of each multiple of this step, and of the last one.
+    pub(crate) nodes_every: Option<u32>,
     pub(crate) stop: &'a AtomicBool,
     /// Is called for each step, and for each orbit of a periodic warm-up.
     pub(crate) stepped: &'a dyn Fn(),
@@ -67,7 +71,9 @@ impl VariantWalk<'_> {
     pub(crate) fn run(&self, prepared: &Prepared, engine: &mut dyn Engine) -> Result<VariantRun, SensitivityError> {
         let groups = NodeGroups::new(prepared)?;
         let maker = FrameMaker::new(prepared, &engine.device_name());
-        let mut ran = VariantRun { times: Vec::new(), rows: Vec::new(), images: Vec::new() };
+        let mut ran = VariantRun { times: Vec::new(), rows: Vec::new(), images: Vec::new(), nodes: Vec::new() };
+        let steps = prepared.scene.time.steps;
+        let is_kept = |step: u32| self.nodes_every.is_some_and(|every| step.is_multiple_of(every) || step == steps);
         let mut number = 0;
         let mut take = |mut result: StepResult| {
             if let Some(temperatures) = result.delivered.temperatures.take() {
@@ -75,6 +81,9 @@ impl VariantWalk<'_> {
                 let parts = row.parts.iter().map(|part| part.map(|part| part.mean));
                 ran.rows.push(parts.chain(row.probes.iter().map(|probe| Some(f64::from(*probe)))).collect());
                 ran.times.push(result.time);
+                if is_kept(result.step) {
+                    ran.nodes.push((result.step, temperatures));
+                }
             }
             if result.delivered.image.is_some() {
                 if self.kept.binary_search(&number).is_ok() {

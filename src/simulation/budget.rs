@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use super::corner_image::{CornerPixel, draw_corners};
+use super::corner_image::{PixelNodes, pixel_nodes};
 use super::engine::{Engine, EngineError, SurfaceState};
 use super::image::Image;
 use super::parts::Passing;
@@ -160,28 +160,13 @@ pub(crate) fn part_budgets(prepared: &Prepared, budgets: &[Budget]) -> Vec<Budge
 /// States the budget of every pixel of an image. Between the nodes of a triangle every gain follows a straight line. `number` is the number of an image at its own
 /// time.
 pub(crate) fn draw_budgets(prepared: &Prepared, budgets: &[Budget], image: &mut Image, number: Option<u32>) {
-    let corners = 3 * prepared.triangles.len();
-    let weights = [0, 1].map(|own| {
-        let weights: Vec<f64> = (0..corners).map(|corner| f64::from(u8::from(corner % 3 == own))).collect();
-        draw_corners(prepared, &weights, image, number)
-    });
-    let of_pixel = |(first, second): (&CornerPixel, &CornerPixel)| {
-        let ((triangle, first), (_, second)) = ((*first)?, (*second)?);
-        let nodes = prepared.triangles[triangle as usize].map(|node| node as usize);
-        let weights = [first, second, 1.0 - first - second];
-        let gain = |cause: usize| (0..3).map(|k| weights[k] * budgets[nodes[k]][cause]).sum::<f64>() as f32;
-        Some((prepared.nodes.group_part[nodes[0] / GROUP], std::array::from_fn(gain)))
-    };
-    let drawn: Vec<Option<(u32, [f32; CAUSES])>> = weights[0].par_iter().zip(&weights[1]).map(of_pixel).collect();
-    let width = image.camera.width as usize;
     let parts = part_budgets(prepared, budgets);
-    // At the rim of a part rounding may show a pixel on one side only. Such a pixel takes the budget of a pixel beside it, or of its part.
-    let shown = |(pixel, part): (usize, &u32)| -> [f32; CAUSES] {
-        let Some(part) = part.checked_sub(1) else { return [0.0; CAUSES] };
-        let near = [pixel, pixel.wrapping_sub(1), pixel + 1, pixel.wrapping_sub(width), pixel + width];
-        let of_part = |near: &usize| drawn.get(*near).copied().flatten().filter(|(other, _)| *other == part);
-        let budget = near.iter().find_map(of_part).map(|(_, budget)| budget);
-        budget.or_else(|| parts.get(part as usize).map(|budget| budget.map(|gain| gain as f32))).unwrap_or_default()
+    let of_part = |part: &u32| Some(parts.get(part.checked_sub(1)? as usize)?.map(|gain| gain as f32));
+    let shown = |(part, nodes): (&u32, &Option<PixelNodes>)| -> [f32; CAUSES] {
+        let of_nodes = nodes.map(|of| std::array::from_fn(|cause| of.mix(|node| budgets[node][cause]) as f32));
+        // A lone pixel at the rim has the budget of its part.
+        of_nodes.or_else(|| of_part(part)).unwrap_or_default()
     };
-    image.budget = image.part.iter().enumerate().map(shown).collect();
+    let nodes = pixel_nodes(prepared, image, number);
+    image.budget = image.part.par_iter().zip(&nodes).map(shown).collect();
 }

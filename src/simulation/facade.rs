@@ -95,7 +95,14 @@ impl Simulation {
             // Images are of the time to which the caller steps.
             scene.time.draw = Draw::Every(1);
         }
-        Self::new(Prepared::from_scene(scene, &mut |_| ())?, target)
+        let mut prepared = Prepared::from_scene(scene, &mut |_| ())?;
+        if prepared.scene.uncertainty.is_some() {
+            prepared.warnings.push(
+                "images have no T_sigma, so [uncertainty] has no effect here: isotherm run and render write it"
+                    .to_owned(),
+            );
+        }
+        Self::new(prepared, target)
     }
 
     /// Takes the albedo from fields that other simulations share.

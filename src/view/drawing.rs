@@ -13,6 +13,7 @@ use super::probe_place::{ProbePlace, probe_places};
 use super::request::PageQuantity;
 use crate::output::apparent::Apparent;
 use crate::scene::{Camera, Motion};
+use crate::sensitivity::node_sigma::NodeSigma;
 use crate::simulation::facade_error::SimulationError;
 use crate::thermal::budget::CHANNELS;
 
@@ -90,6 +91,8 @@ pub(crate) struct Common {
     pub(crate) camera: Camera,
     /// Brightness temperatures of the scene's band.
     pub(crate) apparent: Apparent,
+    /// The uncertainty by the ranges of parameters, once a page has asked for it.
+    pub(crate) sigma: Option<NodeSigma>,
 }
 
 /// How time stands.
@@ -132,8 +135,9 @@ pub(crate) fn draw(
     let mut planes = Planes::default();
     planes.temperatures("temperature", &image.temperature);
     if !image.error.is_empty() {
-        planes.errors(&image.error);
+        planes.errors("error", &image.error);
     }
+    common.sigma.iter().for_each(|sigma| planes.uncertainty(&sigma.draw(prepared, &image, step)));
     for (cause, name) in CHANNELS.into_iter().enumerate().filter(|_| !image.budget.is_empty()) {
         planes.gains(name, image.budget.iter().map(|budget| budget[cause]));
     }

@@ -68,6 +68,7 @@ pub(crate) fn hello(simulation: &Simulation, camera: &Camera, has_camera: bool) 
         "camera_toml": lens_toml(camera),
         "sensor": scene.sensor.is_some(),
         "error": scene.images.error,
+        "uncertainty": scene.uncertainty.is_some(),
         "causes": if scene.images.budget { &CHANNELS[..] } else { &[] },
         "colour_range": scene.colour_range,
         "maps": MAPS.map(|(name, gradient)| json!({ "name": name, "colours": colours(name, gradient) })),

@@ -15,5 +15,6 @@ pub(crate) mod player;
 pub(crate) mod probe_place;
 pub(crate) mod request;
 pub(crate) mod session;
+pub(crate) mod sigma;
 pub(crate) mod warm_up;
 pub(crate) mod worker;

@@ -5,6 +5,8 @@
 
 use serde::Serialize;
 
+use crate::simulation::image::ImageSigma;
+
 /// The first bytes of an image.
 pub(crate) const MAGIC: &[u8; 4] = b"ISOT";
 
@@ -17,7 +19,7 @@ const FINEST_ERROR: f64 = 1e-4;
 /// The quantity of a plane, and how its numbers are read.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Plane {
-    /// `temperature`, `error`, `apparent`, `counts`, `part`, `material`, or a cause of the budget.
+    /// `temperature`, `error`, `sigma`, `apparent`, `counts`, `part`, `material`, `cause`, or a cause of the budget.
     pub(crate) name: &'static str,
     /// Bytes of a number: 1 or 2.
     pub(crate) bytes: usize,
@@ -44,8 +46,14 @@ impl Planes {
     }
 
     /// Adds errors of temperatures [K]. The step between two numbers is 0.1 mK below 6.5 K, and twice, four times ... as much where an error is larger.
-    pub(crate) fn errors(&mut self, values: &[f32]) {
-        self.scaled("error", values, FINEST_ERROR);
+    pub(crate) fn errors(&mut self, name: &'static str, values: &[f32]) {
+        self.scaled(name, values, FINEST_ERROR);
+    }
+
+    /// Adds the uncertainty of temperatures [K], and its causes.
+    pub(crate) fn uncertainty(&mut self, sigma: &ImageSigma) {
+        self.errors("sigma", &sigma.temperature);
+        self.labels("cause", &sigma.cause, sigma.cause.iter().copied().max().unwrap_or(0) as usize);
     }
 
     /// Adds the gains by a cause of the budget [W/m2]. The step between two numbers is 0.01 W/m2 up to 327 W/m2, and twice, four times ... as much where a gain is larger.

@@ -68,6 +68,8 @@ pub(crate) enum PageRequest {
     },
     /// Compares a run of the scene with the f64 reference.
     Compare {},
+    /// Finds the uncertainty by the ranges of parameters.
+    Sigma {},
 }
 
 impl PageRequest {

@@ -109,7 +109,7 @@ impl ViewSession {
         let hello = hello(&self.simulation, &self.camera, self.has_camera);
         let worker = Worker {
             player: Player::new(self.simulation)?,
-            common: Common { camera: self.camera, apparent: Apparent::new(band) },
+            common: Common { camera: self.camera, apparent: Apparent::new(band), sigma: None },
             first_look: match self.has_camera {
                 true => PageCamera::Scene,
                 false => PageCamera::At {

@@ -91,7 +91,7 @@ fn take(message: WorkerMessage, pages: &mut JoinedPages) {
                 tell(page, problem_message("the scene is still in its warm-up"));
             }
         }
-        WorkerMessage::Tell(_) => {}
+        WorkerMessage::Tell(_) | WorkerMessage::Sigma(_) => {}
     }
 }
 

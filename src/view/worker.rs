@@ -15,6 +15,8 @@ use super::compare::Comparison;
 use super::drawing::{Common, PlaybackClock, draw};
 use super::player::{Player, ShownImage};
 use super::request::{PageQuantity, PageRequest};
+use super::sigma::{find_page_sigma, sigma_message};
+use crate::sensitivity::node_sigma::NodeSigma;
 use crate::simulation::facade_error::SimulationError;
 
 /// Images that may be under way to a page.
@@ -44,6 +46,8 @@ pub(crate) enum WorkerMessage {
     Ask(u64, PageRequest),
     /// A message for all pages.
     Tell(String),
+    /// The uncertainty that a page has asked for.
+    Sigma(Box<NodeSigma>),
 }
 
 struct OpenPage {
@@ -176,6 +180,7 @@ impl Worker {
         };
         page.tell(self.hello.clone());
         page.tell(self.curves());
+        self.common.sigma.iter().for_each(|sigma| page.tell(sigma_message(sigma)));
         page
     }
 
@@ -193,6 +198,12 @@ impl Worker {
                 pages.remove(&id);
             }
             WorkerMessage::Tell(message) => pages.values().for_each(|page| page.tell(message.clone())),
+            WorkerMessage::Sigma(sigma) => {
+                let message = sigma_message(&sigma);
+                self.common.sigma = Some(*sigma);
+                pages.values().for_each(|page| page.tell(message.clone()));
+                mark(pages);
+            }
             WorkerMessage::Ask(id, request) => {
                 if let Some(problem) = self.answer(id, request, pages, time)
                     && let Some(page) = pages.get(&id)
@@ -270,6 +281,7 @@ impl Worker {
                 self.tell_curves(pages);
             }
             PageRequest::Compare {} => return self.compare(),
+            PageRequest::Sigma {} => return self.find_uncertainty(),
         }
         None
     }
@@ -305,20 +317,42 @@ impl Worker {
         mark(pages);
     }
 
-    /// Begins the comparison with f64, unless one is under way.
-    fn compare(&mut self) -> Option<String> {
+    /// Begins the comparison with f64.
+    fn compare(&self) -> Option<String> {
+        self.begin_beside("comparison", |beside, sender| {
+            // Without a worker nobody waits for the result.
+            beside.run(&mut |message| drop(sender.blocking_send(WorkerMessage::Tell(message))));
+        })
+    }
+
+    /// Begins the runs of the uncertainty, unless it is known.
+    fn find_uncertainty(&self) -> Option<String> {
+        if self.comparison.scene.uncertainty.is_none() {
+            return Some("the scene has no [uncertainty]".to_owned());
+        }
+        if self.common.sigma.is_some() {
+            return None;
+        }
+        self.begin_beside("uncertainty", |beside, sender| {
+            let tell = |message| drop(sender.blocking_send(WorkerMessage::Tell(message)));
+            if let Some(sigma) = find_page_sigma(&beside, &tell) {
+                let _ = sender.blocking_send(WorkerMessage::Sigma(Box::new(sigma)));
+            }
+        })
+    }
+
+    /// Begins work on runs of the scene beside the page, unless such work is under way. Returns the reason where it does not begin.
+    fn begin_beside(
+        &self,
+        name: &str,
+        work: impl FnOnce(Comparison, Sender<WorkerMessage>) + Send + 'static,
+    ) -> Option<String> {
         if self.comparison.is_under_way.swap(true, Ordering::Relaxed) {
-            return Some("the comparison is under way".to_owned());
+            return Some(format!("the {name} can not begin while another run is under way"));
         }
         let (comparison, sender) = (self.comparison.clone(), self.sender.clone());
-        let work = move || {
-            comparison.run(&mut |message| {
-                // Without a worker nobody waits for the result.
-                let _ = sender.blocking_send(WorkerMessage::Tell(message));
-            });
-        };
-        let begun = std::thread::Builder::new().name("compare".to_owned()).spawn(work);
-        begun.err().map(|error| format!("the comparison can not begin: {error}"))
+        let begun = std::thread::Builder::new().name(name.to_owned()).spawn(move || work(comparison, sender));
+        begun.err().map(|error| format!("the {name} can not begin: {error}"))
     }
 }
 

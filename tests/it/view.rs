@@ -9,14 +9,15 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use glam::DVec3;
-use isotherm::internals::{Apparent, CHANNELS, ViewError, ViewSession};
+use isotherm::internals::{Apparent, CHANNELS, ViewError, ViewSession, read_exr};
 use isotherm::{CameraFrame, Image, Pose, Scene, Simulation, Target};
 use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket};
 
 use super::craft::{Folder, SCENE, scene_with};
 use super::device::{assert_silent, validated_context};
-use super::program::isotherm;
+use super::mesh_network::{CELLS, SKIN, TRANSITION};
+use super::program::{isotherm, succeed};
 use super::random::Random;
 
 /// Longest wait for an answer.
@@ -234,6 +235,62 @@ fn budgets_are_those_of_the_facade() {
     let mut page = Page::open(server.address);
     assert_eq!(page.hello["causes"].as_array().map(Vec::len), Some(0));
     assert!(page.image().planes.iter().all(|(name, _)| name != "Q_sun"));
+    server.end();
+}
+
+/// The page has the uncertainty of the pixels once it asks, and `isotherm render` finds the same by images instead of nodes.
+#[test]
+fn the_uncertainty_is_that_of_render() {
+    let one = |name: &str| {
+        format!(
+            "[[uncertainty.parameter]]\nname = \"{name}\"\nvary = \"emissivity\"\nmaterial = \"{name}\"\npercent = 5\n"
+        )
+    };
+    let asks = format!("[uncertainty]\n{}{}", one("skin"), one("cells"));
+    let cells = (CELLS, "response = \"radiative\"\nheat_capacity_per_area = 1500\n");
+    let folder = Folder::new(&format!("{}{asks}", scene_with(&[(TRANSITION, SKIN), cells])));
+    let drawn = [3, 9].map(|step: u32| {
+        let time = (60 * step).to_string();
+        succeed(folder.0.path(), &["render", "scene.toml", "--time", &time, "-o", "a.exr", "--device", "cpu"]);
+        read_exr(&folder.path("a.exr")).expect("an image").0
+    });
+    let server = Server::new(&folder, &Target::Reference);
+    let mut page = Page::open(server.address);
+    assert_eq!(page.hello["uncertainty"], true);
+    assert!(page.image().planes.iter().all(|(name, _)| name != "sigma"));
+    page.ask(&json!({ "do": "sigma" }));
+    page.ask(&json!({ "do": "sigma" }));
+    assert!(page.text("problem")["message"].as_str().is_some_and(|text| text.contains("under way")));
+    let causes = loop {
+        let told = page.text("sigma");
+        assert_eq!(told["failed"], Value::Null);
+        if told["causes"] != Value::Null {
+            break told["causes"].clone();
+        }
+    };
+    assert_eq!([&causes[0]["name"], &causes[1]["name"]], ["skin", "cells"]);
+    for step in [9, 3, 9] {
+        page.ask(&json!({ "do": "seek", "time": 60.0 * step as f64 }));
+        let image = page.image_where(|image| image.step() == step && image.planes.len() > 3);
+        let differs = |own: &Image| {
+            let pairs = image.plane("sigma").iter().zip(&own.sigma.temperature);
+            pairs.map(|(a, b)| (*a as f32 - b).abs()).fold(0.0, f32::max)
+        };
+        let (right, other) = if step == 3 { (&drawn[0], &drawn[1]) } else { (&drawn[1], &drawn[0]) };
+        assert!(differs(right) < 0.005 && differs(other) > 0.1, "{} and {} K", differs(right), differs(other));
+        let craft = right.part.iter().filter(|part| **part != 0).count();
+        let causes = image.plane("cause").iter().zip(&right.sigma.cause).zip(&right.part);
+        let alike = causes.filter(|((a, b), part)| **part != 0 && **a as u32 == **b).count();
+        assert!(alike as f64 > 0.99 * craft as f64, "{alike} of {craft}");
+        assert!([1, 2].iter().all(|cause| right.sigma.cause.contains(cause)), "both causes are shown");
+    }
+    assert!(Page::open(server.address).text("sigma")["causes"].is_array(), "a page that comes later is told");
+    server.end();
+    let server = Server::new(&Folder::new(SCENE), &Target::Reference);
+    let mut page = Page::open(server.address);
+    assert_eq!(page.hello["uncertainty"], false);
+    page.ask(&json!({ "do": "sigma" }));
+    assert_eq!(page.text("problem")["message"], "the scene has no [uncertainty]");
     server.end();
 }
 

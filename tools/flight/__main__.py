@@ -15,8 +15,8 @@ from .telemetry import read
 ROOT = Path(__file__).resolve().parents[2]
 FLIGHT = ROOT.parent / "shared/data/flight"
 
-# Samples of a day from which on a day is fitted, and how many days are.
-LARGE, FITTED_DAYS = 24, 4
+# Samples of a day from which on it is used in a fit.
+LARGE = 5
 # Longest time between two samples of a slope [s].
 PAIR = 130.0
 
@@ -56,15 +56,16 @@ def main():
     days, repeated = read(FLIGHT)
     print(f"{sum(len(day.times) for day in days)} samples of {len(days)} days; {repeated} repeated frames left out")
 
-    large = [i for i, day in enumerate(days) if len(day.times) >= LARGE]
-    fitted = set(large[:: max(1, len(large) // FITTED_DAYS)][:FITTED_DAYS])
-    values, covariance = fit(program, [days[i] for i in sorted(fitted)], HANDBOOK, print)
+    # Every second day is fitted, and the others are judged; then the other way round. No day is judged by a fit that has seen it.
+    halves = [[day for day in days[half::2] if len(day.times) >= LARGE] for half in (0, 1)]
+    fits = [fit(program, half, HANDBOOK, print) for half in halves]
 
     kinds = {"before": [], "after": []}
     samples, slope = [], {"flight": [], "before": [], "after": []}
     for i, day in enumerate(days):
         umbras = program.umbras(day)
-        runs = {"before": program.run(day, HANDBOOK, uncertain=True), "after": error_of(program, day, values, covariance)}
+        judge = 1 - i % 2
+        runs = {"before": program.run(day, HANDBOOK, uncertain=True), "after": error_of(program, day, *fits[judge])}
         slope["flight"] += slopes(day.times, day.panels, umbras)
         for kind, run in runs.items():
             kelvin = at_samples(run, day)
@@ -72,24 +73,20 @@ def main():
             kinds[kind].append(kelvin)
         sigma = {kind: numpy.interp(day.times, run.times, run.sigma) for kind, run in runs.items()}
         for n, time in enumerate(day.times):
-            sample = {"phase": phase(time, umbras), "flight": day.panels[n], "fitted": i in fitted}
+            sample = {"phase": phase(time, umbras), "flight": day.panels[n], "judge": judge}
             for kind in kinds:
                 sample[kind], sample[f"{kind}_sigma"] = kinds[kind][-1][n], sigma[kind][n]
             samples.append(sample)
-    off = {
-        (kind, part): rms([s[kind] - s["flight"] for s in samples if s["fitted"] == part])
-        for kind in kinds for part in (False, True)
-    }
-    mean = {
-        kind: float(numpy.mean([s[kind] - s["flight"] for s in samples if not s["fitted"]])) for kind in kinds
-    }
+    of = lambda kind, judges: [s[kind] - s["flight"] for s in samples if s["judge"] in judges]
+    off = {(kind, judges): rms(of(kind, judges)) for kind in kinds for judges in ((0,), (1,), (0, 1))}
+    mean = {kind: float(numpy.mean(of(kind, (0, 1)))) for kind in kinds}
     checks = None
     if options.paper:
         with (options.paper / "checks.csv").open() as file:
             checks = list(csv.DictReader(file))
     result = page.Result(
-        days=[day.start for day in days], fitted=[days[i].start for i in sorted(fitted)], samples=samples,
-        repeated=repeated, values=values, covariance=covariance, off=off, mean=mean, slope=slope, runs=program.count,
+        days=[day.start for day in days], halves=[len(half) for half in halves], samples=samples,
+        repeated=repeated, fits=fits, off=off, mean=mean, slope=slope, runs=program.count,
         checks=checks,
     )
     options.page.write_text(page.text(result))

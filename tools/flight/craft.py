@@ -10,7 +10,7 @@ import numpy
 
 HALF = (0.025, 0.025, 0.089)  # Half the sides of the craft [m].
 NAMES = {(0, 1): "side_xp", (0, -1): "side_xm", (1, 1): "side_yp", (1, -1): "side_ym"}
-STEP = 30.0  # [s]
+STEP = 60.0  # [s]
 
 # Values before any fit, each with a range of 95 % where it is uncertain.
 HANDBOOK = {

@@ -271,7 +271,8 @@ def check_scenes(browser: Browser, scratch: Path, more: list[str]) -> None:
     _warm_up(browser, scratch, more)
     _path(browser, scratch, more)
     _budget(browser, scratch, more)
-    print("view_check: warm-up, the path of the camera, the rate and budgets are right")
+    _uncertainty(browser, scratch, more)
+    print("view_check: warm-up, the path of the camera, the rate, budgets and the uncertainty are right")
 
 
 def _warm_up(browser: Browser, scratch: Path, more: list[str]) -> None:
@@ -369,4 +370,55 @@ def _budget(browser: Browser, scratch: Path, more: list[str]) -> None:
         assert page.inner_text("#unit") == "W/m\u00b2"
         assert not looker.wrong, looker.wrong
         page.screenshot(path="target/view/budget.png")
+    context.close()
+
+
+def _uncertainty(browser: Browser, scratch: Path, more: list[str]) -> None:
+    """T_sigma and its cause under the pointer are those of the EXR, and the colours of causes those of the legend."""
+    asks = "[uncertainty]\n" + "".join(
+        f"[[uncertainty.parameter]]\n{one}\n\n"
+        for one in ('name = "cells"\nvary = "emissivity"\nmaterial = "cells"\npercent = 5', 'name = "body"\nvary = "absorptivity"\nmaterial = "anodized*"\npercent = 20')
+    )
+    scene = scene_with(
+        scratch, (r"^max_edge = 0.03", "max_edge = 0.15"), (r"^steps = 556", "steps = 60"), (r"^\[radiance\]$", f"{asks}[radiance]"), name="uncertain"
+    )
+    image = render(LATER, scratch, more, scene)
+    context = browser.new_context(viewport=WINDOW)
+    with view(str(scene), "--size", f"{SIZE[0]}x{SIZE[1]}", *more) as address:
+        looker = Looker(context, address)
+        page = looker.page
+        looker.seek(LATER)
+        page.select_option("#quantity", "cause")
+        looker.wait("document.querySelectorAll('#legend li').length === 3")
+        looker.settle(LATER)
+        names = page.locator("#legend .name").all_inner_texts()
+        assert names == ["cells", "body", "no parameter"], names
+        swatches = page.locator("#legend .swatch").evaluate_all("all => all.map((one) => getComputedStyle(one).backgroundColor)")
+        colours = [[int(number) for number in re.findall(r"\d+", text)] for text in swatches]
+        canvas = looker.canvas()
+        craft = image["part"] != 0
+        for label, colour in enumerate(colours[:2], 1):
+            of_label = craft & (image["cause"] == label)
+            assert of_label.sum() > 20, f"{names[label - 1]} is the cause of {of_label.sum()} pixels"
+            # Borders between parts are darker.
+            like = np.all(canvas[:, :, :3] == colour, axis=2)
+            assert like[of_label].mean() > 0.8 and like[craft & ~of_label].mean() < 0.05, f"{names[label - 1]} has another colour"
+        told = []
+        places = [np.argwhere(craft & (image["cause"] == label))[10] for label in (1, 2)]
+        for y, x in places:
+            looker.read_out(int(x), int(y))
+            told.append(re.search(r"\u00b1 ([\d.]+) K by the ranges of parameters, most by (\w+)", page.inner_text("#readout")))
+        assert all(told), page.inner_text("#readout")
+        for (y, x), text, name in zip(places, told, names[:2], strict=True):
+            assert abs(float(text[1]) - image["T_sigma"][y, x]) < 0.006 and text[2] == name, f"{text[0]}, not {image['T_sigma'][y, x]} K by {name}"
+        other = image["T_sigma"][tuple(places[1])]
+        assert abs(float(told[0][1]) - other) > 0.006, "another pixel is not told apart"
+        page.screenshot(path="target/view/cause.png")
+        page.select_option("#quantity", "sigma")
+        looker.settle(None)
+        ends = [float(page.input_value(name)) for name in ("#lower", "#upper")]
+        assert ends[0] <= image["T_sigma"][craft].min() and ends[1] >= image["T_sigma"][craft].max() - 0.01, ends
+        assert page.is_visible("#bar") and np.any(looker.canvas() != canvas), "the uncertainty has no colours"
+        page.screenshot(path="target/view/sigma.png")
+        assert not looker.wrong, looker.wrong
     context.close()

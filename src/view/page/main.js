@@ -6,7 +6,7 @@ import { Curves } from "./curves.js";
 import { connect } from "./link.js";
 import { drawMarks } from "./marks.js";
 import { Objects } from "./objects.js";
-import { showAccuracy, showChosen, showJoints, showMaterials, showPasses, showProbes, showWarmUp } from "./panels.js";
+import { showAccuracy, showChosen, showJoints, showLegend, showPasses, showProbes, showUncertainty, showWarmUp } from "./panels.js";
 import { Picture } from "./picture.js";
 import { saveCamera, savePicture, saveSeries } from "./save.js";
 import { Timeline } from "./timeline.js";
@@ -24,6 +24,9 @@ let accuracy = "not compared with f64";
 let arrivals = [];
 let waiting = false;
 let hideProblem = 0;
+/** The names of the uncertainty's causes. `null` before its runs are done. */
+let known = null;
+let isAsked = false;
 
 const send = connect({
   state(open) {
@@ -39,6 +42,13 @@ const send = connect({
   accuracy(message) {
     accuracy = showAccuracy(message);
     later();
+  },
+  sigma(message) {
+    showUncertainty(message);
+    if (message.failed) isAsked = false;
+    if (!message.causes) return;
+    known = picture.names.cause = message.causes;
+    choose();
   },
   problem({ message }) {
     by("problem").textContent = message;
@@ -66,22 +76,24 @@ function begin(message) {
   by("about").textContent =
     `${hello.nodes.toLocaleString("en")} nodes, ${hello.triangles.toLocaleString("en")} triangles, ${band} \u00b5m, ${hello.device}`;
   orbit = new Orbit(hello, send);
-  picture.materials = hello.materials;
-  picture.causes = hello.causes;
+  picture.names.material = hello.materials;
+  picture.gains = hello.causes;
+  [known, isAsked] = [null, false];
+  by("uncertainty").hidden = true;
   timeline.take(hello);
-  showMaterials(hello.materials);
   objects.take(hello);
   const chosen = by("map").value;
   by("map").replaceChildren(...hello.maps.map(({ name }) => new Option(name, name)));
   if (chosen) by("map").value = chosen;
   by("quantity").querySelector("[value=counts]").disabled = !hello.sensor;
   by("quantity").querySelector("[value=error]").hidden = !hello.error;
+  for (const name of ["sigma", "cause"]) by("quantity").querySelector(`[value=${name}]`).hidden = !hello.uncertainty;
   const before = by("quantity").value;
   by("causes").replaceChildren(...hello.causes.map((name) => new Option(CAUSES[name] ?? name, name)));
   by("causes").hidden = hello.causes.length === 0;
   by("quantity").value = before;
   if (by("quantity").value !== before) by("quantity").value = "temperature";
-  if (!hello.error && by("quantity").value === "error") by("quantity").value = "temperature";
+  if (by("quantity").selectedOptions[0].hidden) by("quantity").value = "temperature";
   by("home").disabled = !hello.scene_camera;
   by("home").textContent = hello.camera_path ? "Scene's camera path" : "Scene's camera";
   if (hello.colour_range && by("lower").value === "") [by("lower").value, by("upper").value] = hello.colour_range;
@@ -89,16 +101,30 @@ function begin(message) {
   choose();
 }
 
+/** What is shown: temperatures until the chosen uncertainty is in the image. */
+function shown() {
+  const quantity = by("quantity").value;
+  const isThere = !["sigma", "cause"].includes(quantity) || (known && picture.image?.planes.sigma);
+  return isThere ? quantity : "temperature";
+}
+
 /** Tells the program which numbers are shown. */
 function choose() {
   const quantity = by("quantity").value;
-  by("legend").hidden = quantity !== "material";
-  for (const id of ["bar", "range", "of-map"]) by(id).hidden = quantity === "material";
+  if (["sigma", "cause"].includes(quantity) && !known && !isAsked) {
+    isAsked = true;
+    send({ do: "sigma" });
+  }
+  const isName = quantity in picture.names && (quantity !== "cause" || known);
+  if (isName && quantity === "material") showLegend("Materials", hello.materials);
+  else if (isName) showLegend("Causes", [...known, { name: "no parameter", colour: picture.none }]);
+  by("legend").hidden = !isName;
+  for (const id of ["bar", "range", "of-map"]) by(id).hidden = isName;
   const isCause = hello?.causes.includes(quantity);
   by("unit").textContent = unit();
-  if (quantity === "counts" || quantity === "error" || isCause) by("auto").checked = true;
-  // Errors, budgets and materials come with every image.
-  send({ do: "show", quantity: isCause || ["error", "material"].includes(quantity) ? "temperature" : quantity });
+  if (quantity === "counts" || ["error", "sigma"].includes(quantity) || isCause) by("auto").checked = true;
+  // All others come with every image.
+  send({ do: "show", quantity: ["apparent", "counts"].includes(quantity) ? quantity : "temperature" });
   later();
 }
 
@@ -167,10 +193,10 @@ function later() {
 
 function draw() {
   const { header } = picture.image;
-  const quantity = by("quantity").value;
-  if (by("auto").checked && quantity !== "material") {
+  const quantity = shown();
+  if (by("auto").checked && !(quantity in picture.names)) {
     const range = picture.range(quantity);
-    const round = quantity === "error" ? errorStep(range) : quantity === "counts" ? 1 : 5;
+    const round = ["error", "sigma"].includes(quantity) ? errorStep(range) : quantity === "counts" ? 1 : 5;
     if (range) {
       const [lower, upper] = ends(range, round);
       if (document.activeElement !== by("lower")) by("lower").value = lower;
@@ -210,8 +236,8 @@ function read() {
   const found = at && picture.at(at);
   const out = by("readout");
   out.replaceChildren();
-  const quantity = by("quantity").value;
-  const isSeen = found && (found.part !== 0 || ["apparent", "counts"].includes(quantity)) && quantity !== "material";
+  const quantity = shown();
+  const isSeen = found && (found.part !== 0 || ["apparent", "counts"].includes(quantity)) && !(quantity in picture.names);
   drawBar(by("bar"), map(), inOrder, unit(), isSeen ? picture.value(quantity, found) : undefined);
   if (!found) return;
   const line = (tag, text) => {
@@ -221,7 +247,10 @@ function read() {
   };
   if (found.part === 0) line("strong", "space");
   else line("strong", `${found.temperature.toFixed(2)} K`);
-  if (found.part !== 0 && found.error !== undefined) line("span", `\u00b1 ${found.error.toPrecision(3)} K, one standard deviation`);
+  if (found.part !== 0 && found.error !== undefined) line("span", `\u00b1 ${found.error.toPrecision(3)} K by the computation, one standard deviation`);
+  if (found.part !== 0 && found.sigma !== undefined) {
+    line("span", `\u00b1 ${found.sigma.toPrecision(3)} K by the ranges of parameters${found.cause ? `, most by ${found.cause}` : ""}`);
+  }
   if (found.apparent !== undefined) line("span", `apparent ${found.apparent.toFixed(2)} K`);
   if (found.counts !== undefined) line("span", `digital number ${found.counts}`);
   if (found.part !== 0) {
@@ -294,9 +323,10 @@ by("farther").addEventListener("click", () => orbit?.zoom(1 / 0.8));
 by("save-picture").addEventListener("click", () => {
   if (!picture.image) return;
   const quantity = by("quantity");
-  const isMaterial = quantity.value === "material";
-  const label = [quantity.selectedOptions[0].text, isMaterial ? "" : unit()].filter(Boolean).join(", ");
-  savePicture(hello, picture.image.header, picture.canvas, label, isMaterial ? null : map(), inOrder);
+  const isName = shown() in picture.names;
+  const what = shown() === quantity.value ? quantity.selectedOptions[0].text : "Surface temperature";
+  const label = [what, isName ? "" : unit()].filter(Boolean).join(", ");
+  savePicture(hello, picture.image.header, picture.canvas, label, isName ? null : map(), inOrder);
 });
 by("save-series").addEventListener("click", () => { if (picture.image) saveSeries(hello, picture.image.header, curves.list); });
 by("save-camera").addEventListener("click", () => { if (picture.image) saveCamera(hello, picture.image.header); });

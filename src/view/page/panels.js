@@ -17,12 +17,26 @@ function swatch(colour) {
   return made;
 }
 
-export function showMaterials(materials) {
-  by("legend").replaceChildren(...materials.map(({ name, colour, emissivity }) => {
+/** Names of the colours of an image of materials or of causes. */
+export function showLegend(title, entries) {
+  by("legend").setAttribute("aria-label", title);
+  by("legend").replaceChildren(...entries.map(({ name, colour, emissivity }) => {
     const item = element("li");
-    item.append(swatch(`rgb(${colour})`), element("span", name, "name"), element("span", `\u03b5 ${emissivity}`, "hint"));
+    item.append(swatch(`rgb(${colour})`), element("span", name, "name"));
+    item.firstChild.nextSibling.title = name;
+    if (emissivity !== undefined) item.append(element("span", `\u03b5 ${emissivity}`, "hint"));
     return item;
   }));
+}
+
+/** Tells how far the runs of the uncertainty are, and what is known of it. */
+export function showUncertainty({ failed, run, step, causes, every }) {
+  const out = by("uncertainty");
+  out.hidden = false;
+  if (run) out.dataset.run = run;
+  if (failed) out.textContent = `No uncertainty: ${failed}.`;
+  else if (!causes) out.textContent = `Surface temperatures until the runs of the uncertainty are done: run ${out.dataset.run}, step ${step}.`;
+  else out.textContent = `One standard deviation by the ranges of ${causes.length} parameters${every > 1 ? `, linear between every ${every}th step` : ""}.`;
 }
 
 /** `change` is told to show or hide a curve. */

@@ -15,8 +15,11 @@ export class Picture {
     this.image = null;
     this.table = new Uint32Array(65536);
     this.key = "";
-    this.materials = [];
-    this.causes = [];
+    /** Names and colours of images whose values are names. */
+    this.names = { material: [], cause: [] };
+    /** The colour of a surface that has no name. */
+    this.none = [128, 128, 128];
+    this.gains = [];
     /** Whether a pixel with a part and a material stands out. `null` where all do. */
     this.stands = null;
   }
@@ -29,9 +32,9 @@ export class Picture {
     return { zoom, left: (box.width - zoom * width) / 2, top: (box.height - zoom * height) / 2 };
   }
 
-  /** The plane that is coloured. */
+  /** The plane of numbers that is shown. Names have none, so temperatures stand for them. */
   plane(quantity) {
-    return this.image?.planes[quantity] ?? this.image?.planes.temperature;
+    return (quantity in this.names ? undefined : this.image?.planes[quantity]) ?? this.image?.planes.temperature;
   }
 
   /** Least and greatest value of what is seen. `null` where nothing is. */
@@ -49,7 +52,7 @@ export class Picture {
     return high < 0 ? null : [low * scale + offset, high * scale + offset];
   }
 
-  /** Draws the image with a map of 256 colours over a range, or its materials. */
+  /** Draws the image with a map of 256 colours over a range, or its materials or causes. */
   draw(quantity, map, [lower, upper]) {
     if (!this.image) return;
     const { header: { width, height }, planes } = this.image;
@@ -62,12 +65,13 @@ export class Picture {
     const out = new Uint32Array(this.pixels.data.buffer);
     const space = word(ofStyle("--space"));
     const part = planes.part.values;
-    if (quantity === "material") {
-      const colours = [space, ...this.materials.map(({ colour }) => word(colour))];
-      const material = planes.material.values;
+    if (quantity in this.names) {
+      const colours = [word(this.none), ...this.names[quantity].map(({ colour }) => word(colour))];
+      const { values } = planes[quantity];
       for (let i = 0; i < out.length; i += 1) {
-        const border = i > 0 && part[i] !== part[i - 1] && part[i] !== 0;
-        out[i] = border ? (colours[material[i]] >> 1) & 0x7f7f7f | (255 << 24) : colours[material[i]];
+        const border = i > 0 && part[i] !== part[i - 1];
+        const colour = border ? (colours[values[i]] >> 1) & 0x7f7f7f | (255 << 24) : colours[values[i]];
+        out[i] = part[i] === 0 ? space : colour;
       }
     } else {
       const { values, scale, offset } = this.plane(quantity);
@@ -143,8 +147,8 @@ export class Picture {
     const value = (name) => planes[name] && planes[name].values[i] * planes[name].scale + planes[name].offset;
     return {
       x, y, part: value("part"), material: value("material"), temperature: value("temperature"), error: value("error"),
-      apparent: value("apparent"), counts: value("counts"),
-      gains: this.causes.map((name) => [name, value(name)]).filter(([, gain]) => gain !== undefined),
+      sigma: value("sigma"), cause: this.names.cause[value("cause") - 1]?.name, apparent: value("apparent"), counts: value("counts"),
+      gains: this.gains.map((name) => [name, value(name)]).filter(([, gain]) => gain !== undefined),
     };
   }
 }

@@ -135,4 +135,7 @@ fn a_scene_that_asks_has_errors_in_its_radiance() {
     workshop.change(&[(r#"images = ["numbers", "radiance"]"#, r#"images = ["numbers"]"#)]);
     let error = workshop.make("other", (0, 1), Begin::Fresh).expect_err("no place for errors").to_string();
     assert!(error.contains("T_error") && error.contains("radiance"), "{error}");
+    workshop.0.write("scene.toml", &format!("{scene}\n[shadows]\n[uncertainty]\n"));
+    let error = workshop.make("other", (0, 1), Begin::Fresh).expect_err("no place for T_sigma").to_string();
+    assert!(error.contains("[uncertainty]"), "{error}");
 }
