@@ -11,6 +11,10 @@ const uint LANES = 64u;
 const uint TRIANGLES_A_LANE = 32u;
 
 layout(push_constant) uniform CullBlock {
+#ifdef GATHERED
+    // The place in a pixel of the sample that is drawn, from its upper left corner.
+    vec2 sample_place;
+#endif
     // First triangle of the dispatch, relative to the start of the bound buffers.
     uint first_triangle;
 };
@@ -50,7 +54,12 @@ vec3 pixel_of(uint node) {
     camera = rolled(position, camera);
 #endif
     vec2 ndc = view.clip_scale * camera.xy / camera.z + view.clip_offset;
-    return vec3((0.5 * ndc + vec2(0.5)) * view.size, camera.z);
+    vec2 pixel = (0.5 * ndc + vec2(0.5)) * view.size;
+#ifdef GATHERED
+    // As the vertex shader moves them.
+    pixel += vec2(0.5) - sample_place;
+#endif
+    return vec3(pixel, camera.z);
 }
 
 float cross_of(vec2 a, vec2 b) {

@@ -4,6 +4,8 @@ use naga::back::spv;
 use naga::front::glsl;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
+use super::spirv;
+
 /// A shader that does not compile.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{name}: {message}")]
@@ -40,7 +42,8 @@ pub(super) fn compile(
         .validate(&module)
         .map_err(|error| failed(error.emit_to_string(text)))?;
     let entry = spv::PipelineOptions { shader_stage: stage, entry_point: "main".to_owned() };
-    spv::write_vec(&module, &info, &writer_options(), Some(&entry)).map_err(|error| failed(error.to_string()))
+    let words = spv::write_vec(&module, &info, &writer_options(), Some(&entry));
+    words.map(|words| spirv::mended(&words)).map_err(|error| failed(error.to_string()))
 }
 
 /// Replaces every control barrier by one for the workgroup and storage buffers, which is what GLSL's `barrier()` means.

@@ -11,6 +11,7 @@ use super::drivers;
 use super::error::{During as _, GpuError};
 use super::host_heap;
 use super::instance::{VulkanInstance, lock_loader};
+use super::pipeline_cache::{PipelineCache, user_folder};
 use super::validation::{self, Messages};
 use crate::host;
 
@@ -59,6 +60,7 @@ pub struct Context {
     /// Names of objects and labels of passes. Only a context that validates or that a tool watches has them.
     pub(super) labels: Option<ext::debug_utils::Device>,
     pub(super) allocator: ManuallyDrop<Mutex<Allocator>>,
+    pub(super) pipelines: PipelineCache,
     physical: vk::PhysicalDevice,
     pub(super) messages: Option<Arc<Messages>>,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
@@ -73,8 +75,7 @@ pub fn devices() -> Result<Vec<DeviceInfo>, GpuError> {
 
 impl Context {
     /// Opens the device whose name contains `wanted` (ignoring case), or the best device. With `validate`, the validation
-    /// layer checks every call, and its messages are kept. If the device is the CPU, glibc keeps freed memory in the whole
-    /// process from then on.
+    /// layer checks every call, and its messages are kept. glibc keeps freed memory in the whole process from then on.
     pub(super) fn unproven(wanted: Option<&str>, validate: bool) -> Result<Self, GpuError> {
         let _loader = lock_loader();
         let instance = VulkanInstance::new(validate)?;
@@ -91,9 +92,7 @@ impl Context {
             return Err(GpuError::Unsuitable { device: info.name.clone(), lacks: info.lacks.join(", ") });
         }
 
-        if info.kind == "cpu" {
-            host_heap::keep_freed_memory();
-        }
+        host_heap::keep_freed_memory();
         let mut vulkan_13 =
             vk::PhysicalDeviceVulkan13Features::default().synchronization2(true).dynamic_rendering(true);
         let priorities = [1.0];
@@ -123,6 +122,9 @@ impl Context {
         })
         .map_err(|source| GpuError::Allocation { name: "allocator".to_owned(), source })?;
 
+        // SAFETY: the physical device belongs to the instance.
+        let properties = unsafe { instance.raw.get_physical_device_properties(physical) };
+        let pipelines = PipelineCache::open(&device, &properties, user_folder());
         let (messages, messenger) = if validate {
             let (messages, messenger) = validation::install(&instance.entry, &instance.raw)?;
             (Some(messages), Some(messenger))
@@ -136,6 +138,7 @@ impl Context {
             queue_family,
             labels: None,
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
+            pipelines,
             physical,
             messages,
             messenger,
@@ -205,6 +208,7 @@ impl Drop for Context {
         unsafe {
             let _ = self.device.device_wait_idle();
             ManuallyDrop::drop(&mut self.allocator);
+            self.pipelines.close(&self.device);
             let _loader = lock_loader();
             self.device.destroy_device(None);
             if let Some((functions, messenger)) = &self.messenger {

@@ -79,7 +79,6 @@ pub fn compose(recipe: &Recipe) -> Frame {
             }
             thermal::between(&mut frame, ranges, share.unwrap_or(1.0));
         }
-        image::cull(&mut frame, image);
         image::make(&mut frame, image, shown, |frame, place, lit| {
             traced::passes(frame, image.shows, place, lit, image.texels, shown);
         });

@@ -1,4 +1,4 @@
-//! Settings of glibc's heap for a Vulkan driver that renders on the CPU.
+//! Settings of glibc's heap for lists of pixels, which come and go with each image, and for a Vulkan driver that renders on the CPU.
 
 /// Freed bytes that the heap keeps.
 const KEPT: i32 = 256 << 20;
@@ -7,7 +7,7 @@ const MAPPED_APART: i32 = 32 << 20;
 /// Least growth of the heap [bytes].
 const STEP: i32 = 16 << 20;
 
-/// Lets the heap keep memory that a CPU driver frees. lavapipe allocates and frees blocks of about 100 kB for every few
+/// Lets the heap keep memory that is freed. The lists of an image are then pages that the process has already. lavapipe allocates and frees blocks of about 100 kB for every few
 /// hundred triangles. By default glibc returns each to the kernel, which costs a quarter of a step with a million
 /// triangles.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]

@@ -44,7 +44,7 @@ impl Pipeline {
         let stage = module.stage(vk::ShaderStageFlags::COMPUTE);
         let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(pipeline.layout)];
         // SAFETY: the module and the layout live through the call.
-        pipeline.raw = unsafe { context.device.create_compute_pipelines(vk::PipelineCache::null(), &create, None) }
+        pipeline.raw = unsafe { context.device.create_compute_pipelines(context.pipelines.raw, &create, None) }
             .map_err(|(_, result)| GpuError::Call { call: "creating a compute pipeline", result })?[0];
         context.set_name(pipeline.raw, &shader.name());
         Ok(pipeline)
@@ -134,7 +134,7 @@ impl Pipeline {
             .layout(pipeline.layout)
             .push_next(&mut rendering)];
         // SAFETY: modules, layout and all state above live through the call.
-        pipeline.raw = unsafe { context.device.create_graphics_pipelines(vk::PipelineCache::null(), &create, None) }
+        pipeline.raw = unsafe { context.device.create_graphics_pipelines(context.pipelines.raw, &create, None) }
             .map_err(|(_, result)| GpuError::Call { call: "creating a graphics pipeline", result })?[0];
         context.set_name(pipeline.raw, name);
         Ok(pipeline)

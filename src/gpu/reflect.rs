@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use super::spirv::{instructions, op, text};
+
 /// A buffer that a shader uses.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BlockUse {
@@ -15,23 +17,8 @@ pub struct BlockUse {
     pub writes: bool,
 }
 
-/// Opcodes of the SPIR-V specification, section 3.52.
-mod op {
-    pub(crate) const NAME: u32 = 5;
-    pub(crate) const TYPE_STRUCT: u32 = 30;
-    pub(crate) const TYPE_POINTER: u32 = 32;
-    pub(crate) const FUNCTION_CALL: u32 = 57;
-    pub(crate) const VARIABLE: u32 = 59;
-    pub(crate) const LOAD: u32 = 61;
-    pub(crate) const STORE: u32 = 62;
-    pub(crate) const ACCESS_CHAIN: u32 = 65;
-    pub(crate) const IN_BOUNDS_ACCESS_CHAIN: u32 = 66;
-    pub(crate) const DECORATE: u32 = 71;
-}
 /// The decoration of a binding.
 const BINDING: u32 = 33;
-/// Words before the first instruction.
-const HEADER: usize = 5;
 
 /// The buffers that a module with one entry point uses, by binding. naga writes no function that the entry point does not call.
 pub(crate) fn block_uses(words: &[u32]) -> Vec<BlockUse> {
@@ -42,14 +29,10 @@ pub(crate) fn block_uses(words: &[u32]) -> Vec<BlockUse> {
     // The variable behind each pointer, and the use of each variable.
     let mut roots: BTreeMap<u32, u32> = BTreeMap::new();
     let mut uses: BTreeMap<u32, BlockUse> = BTreeMap::new();
-    let mut at = HEADER;
-    while let Some((length, code)) = words.get(at).map(|word| ((word >> 16) as usize, word & 0xffff)) {
-        let operands = words.get(at + 1..at + length.max(1)).unwrap_or_default();
-        at += length.max(1);
+    for (code, operands) in instructions(words) {
         match (code, operands) {
-            (op::NAME, [target, text @ ..]) => {
-                let bytes: Vec<u8> = text.iter().flat_map(|word| word.to_le_bytes()).take_while(|b| *b != 0).collect();
-                names.insert(*target, String::from_utf8_lossy(&bytes).into_owned());
+            (op::NAME, [target, name @ ..]) => {
+                names.insert(*target, text(name));
             }
             (op::DECORATE, [target, BINDING, number]) => {
                 bindings.insert(*target, *number);

@@ -116,13 +116,14 @@ impl SceneFrames {
 
     /// The image of a request, and the readback of temperatures.
     fn image(&mut self, request: &Request<'_>, views: &mut [View]) -> Recipe {
-        if self.sampled.is_some_and(|sampled| sampled.shutter.is_some()) {
-            // The view of the first row does not tell how the others moved.
-            self.culling.forget();
-        }
-        let culled = self.culling.due(views);
         let is_far = request.distant.is_some();
         let sampled = self.sampled.map(|sampled| if is_far { sampled.far() } else { sampled });
+        let is_gathered = sampled.is_some_and(|sampled| sampled.gathered > 1);
+        if is_gathered || sampled.is_some_and(|sampled| sampled.shutter.is_some()) {
+            // The view of the first row does not tell how the others moved, and each gathered sample has triangles of its own.
+            self.culling.forget();
+        }
+        let culled = if is_gathered { self.triangles.clone() } else { self.culling.due(views) };
         let mut recipe = self.drawn_recipe(sampled, self.texels(is_far), culled, request.between);
         recipe.temperatures = request.temperatures;
         if views.is_empty() {

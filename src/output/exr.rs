@@ -16,10 +16,11 @@ use std::path::Path;
 use ::exr::meta::BlockDescription;
 use ::exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image as ExrImage, Layer, LayerAttributes,
-    LineOrder, MetaData, ReadChannels, ReadLayers, SmallVec, WritableImage,
+    LineOrder, MetaData, ReadChannels, ReadLayers, SmallVec,
 };
 
 use super::OutputError;
+use super::exr_blocks;
 use super::exr_header::{Attributes, header_attributes, text};
 use super::frame::{FrameHeader, TEMPERATURE, TEMPERATURE_ERROR, check_channels, check_finite, check_size};
 use super::whole_file::write_atomic;
@@ -115,7 +116,7 @@ pub(crate) fn encode_with(
 
     let mut bytes = Vec::new();
     let failed = |reason: String| OutputError::Encode("EXR image".into(), reason);
-    image.write().to_buffered(Cursor::new(&mut bytes)).map_err(|error| failed(error.to_string()))?;
+    exr_blocks::write(&mut bytes, &image).map_err(|error| failed(error.to_string()))?;
     sort_header(&mut bytes).ok_or_else(|| failed("the encoder's header is not understood".into()))?;
     Ok(bytes)
 }

@@ -24,6 +24,7 @@ pub(crate) mod eclipses;
 pub(crate) mod error;
 pub(crate) mod exchange_pictures;
 pub(crate) mod exr;
+mod exr_blocks;
 mod exr_header;
 pub(crate) mod finite;
 pub(crate) mod fits;

@@ -12,6 +12,9 @@ use crate::model::nodes::GROUP;
 use crate::raster::traced::{self, PathEnd, TracedNode};
 use crate::scene::Reflections;
 
+/// Most rays that an invocation follows in a dispatch. With the texels of a dispatch they keep it short of a desktop's watchdog.
+const RAYS_AT_ONCE: u32 = 8;
+
 /// The triangles of a craft whose surfaces reflect each other.
 pub(crate) struct TracedCraft {
     surface: Jointed,
@@ -127,7 +130,7 @@ impl TracedCraft {
     /// Surfaces that a dispatch follows. The loops of an invocation end after so many turns as a tree may have boxes.
     fn vertices_at_once(&self) -> u32 {
         let walks = LARGEST_TREE / self.boxes.len().max(1);
-        (walks as u32 / self.walks).clamp(1, self.vertices())
+        ((walks as u32).min(RAYS_AT_ONCE) / self.walks).clamp(1, self.vertices())
     }
 
     /// Dispatches that follow the paths of an image.

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DQuat};
 use isotherm::internals::{
-    Camera, Collected, Context, DeviceData, Frame, ListEntry, PassWork, Prepared, Renderer, Request, SceneData, View,
-    Wanted, camera_from_body, device_view,
+    Camera, Collected, Context, DeviceData, Distance, Frame, ListEntry, PassWork, Prepared, Renderer, Request, Sampled,
+    SceneData, View, Wanted, camera_from_body, device_view,
 };
 use isotherm::{Scene, internals};
 
@@ -101,9 +101,17 @@ fn one_command_a_draw_changes_no_pixel() {
     assert!(many == image(false));
 }
 
+/// With four samples the triangles are culled for each of them.
 #[test]
 fn culling_changes_no_pixel() {
-    let (prepared, camera) = small();
+    for samples in [1, 4] {
+        without_culling_is_the_same(samples);
+    }
+}
+
+fn without_culling_is_the_same(samples: u32) {
+    let (prepared, mut camera) = small();
+    camera.samples = samples;
     let device_data = DeviceData::new(&prepared);
     let data = device_data.scene_data(&prepared, Some(&camera));
     let context = Context::open(None, false).expect("a Vulkan device");
@@ -118,8 +126,16 @@ fn culling_changes_no_pixel() {
         let submitted = renderer.submit(drawn(&view, Some(&frame))).expect("a frame");
         bits(&renderer.collect(submitted).expect("an image"))
     };
-    let culled =
-        |triangles| Frame::step(&[], Wanted { image: true, cull: triangles, temperatures: false, ..Wanted::default() });
+    let sampled = (samples > 1).then_some(Sampled {
+        lens: false,
+        mean: None,
+        gathered: samples,
+        shutter: None,
+        rows: camera.height,
+        distance: Distance::Near,
+        fine: false,
+    });
+    let culled = |cull| Frame::step(&[], Wanted { image: true, cull, sampled, ..Wanted::default() });
     // The same list with a copy of all triangles instead of culling.
     let whole = |triangles| {
         let mut frame = culled(triangles);

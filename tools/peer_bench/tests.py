@@ -1,7 +1,9 @@
 """What the comparisons stand on: `PYTHONPATH=tools target/peers/venv/bin/python -m unittest peer_bench.tests`."""
 
 import dataclasses
+import os
 import struct
+import subprocess
 import tempfile
 import tomllib
 import unittest
@@ -15,6 +17,7 @@ from peer_bench.network_cases import SIGMA, SPACE, Floats, Network
 from peer_bench.network_eliminated import Eliminated, eliminate
 from peer_bench.network_radau import solve
 from peer_bench.record import Spread
+from peer_bench.workshop import ROOT
 
 
 def residual(network: Network, heat: Floats, t: Floats) -> Floats:
@@ -36,6 +39,36 @@ def imbalance(problem: Eliminated) -> float:
     net = residual(network, network.heat_at(now), problem.whole(now, t))
     rates = problem.rate(problem.heat(now), t) * problem.capacitance
     return float(max(np.abs(net[len(t) :]).max(initial=0.0), np.abs(net[: len(t)] - rates).max()))
+
+
+PROGRAM = Path(os.environ.get("ISOTHERM", ROOT / "target" / "debug" / "isotherm"))
+
+
+@unittest.skipUnless(PROGRAM.is_file(), f"{PROGRAM} is not built")
+class Files(unittest.TestCase):
+    """The files of the networks, as `isotherm network` takes them."""
+
+    def solved(self, text: str) -> subprocess.CompletedProcess[str]:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "network.toml"
+            path.write_text(text, encoding="utf-8")
+            words = [str(PROGRAM), "network", str(path), "--tolerance", "0.05"]
+            return subprocess.run(words, capture_output=True, text=True, check=False)
+
+    def test_every_case_is_loaded_and_solved(self) -> None:
+        for network in (cases.cube(5), cases.sheet(False, 6), cases.sheet(True, 6), cases.blanket(4)):
+            done = self.solved(cases.toml(network))
+            self.assertEqual(done.returncode, 0, done.stderr)
+            rows = np.loadtxt(done.stdout.splitlines()[1:], delimiter=",")
+            self.assertEqual(rows.shape, (len(cases.row_times()), 1 + network.nodes))
+
+    def test_a_heat_too_small_counts_as_0_and_is_told_once(self) -> None:
+        network = cases.cube(5)
+        self.assertTrue(np.any((network.heat > 0.0) & (network.heat < 1e-15)), "the case has no such heat")
+        done = self.solved(cases.toml(network))
+        self.assertEqual(done.stderr.count("counts as 0"), 1, done.stderr)
+        wrong = self.solved(cases.toml(network).replace("conductance = ", "conductance = -", 1))
+        self.assertEqual(wrong.returncode, 2, wrong.stderr)
 
 
 class Networks(unittest.TestCase):

@@ -150,3 +150,6 @@ fn meets([corner, first, second]: &[DVec3; 3], from: DVec3, direction: DVec3) ->
     let distance = second.dot(q) / determinant;
     (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 0.0).then_some((distance, u, v))
 }
+
+#[cfg(test)]
+mod tests;

@@ -37,7 +37,7 @@ pub struct ImageRecipe {
     pub(crate) shows: RadianceVariant,
     /// Texels whose reflections of the craft itself are traced, where `shows` has them.
     pub(crate) texels: u32,
-    /// Triangles to cull before. Empty if the view of the craft has not changed since the last image.
+    /// Triangles to cull before each draw. Empty if the view of the craft has not changed since the last image.
     pub(crate) culled: Vec<TriangleRun>,
 }
 
@@ -77,23 +77,28 @@ impl ImageRecipe {
     }
 }
 
-/// Leaves triangles out that cover no pixel.
-pub(crate) fn cull(frame: &mut Frame, image: &ImageRecipe) {
+/// Leaves triangles out that cover no pixel. For samples that are gathered these are the triangles that cover no sample at this place in a pixel, which are
+/// many more.
+fn cull(frame: &mut Frame, image: &ImageRecipe, place: Option<[f32; 2]>) {
     let mut pieces = image.culled.iter().flat_map(|run| run.pieces()).peekable();
     if pieces.peek().is_none() {
         return;
     }
-    // The draw of the last image may still read its triangles and draw commands.
+    // The last draw may still read its triangles and draw commands.
     let indices = scope(S::INDEX_INPUT | S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
     let commands = scope(S::DRAW_INDIRECT | S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
     frame.wait([barrier(&VISIBLE_TRIANGLES, indices, COMPUTE_WRITE), barrier(&DRAWS, commands, COMPUTE_WRITE)]);
-    let sampled = (image.mean().is_some() || image.places().len() > 1).then_some("sampled");
-    let words: Vec<_> = sampled.into_iter().chain(image.shutter().map(RowOf::words).unwrap_or_default()).collect();
+    let word = if place.is_some() { Some("gathered") } else { image.mean().map(|_| "sampled") };
+    let words: Vec<_> = word.into_iter().chain(image.shutter().map(RowOf::words).unwrap_or_default()).collect();
     frame.passes_of(pieces.map(|run| {
         let (first, end) = run.triangles;
         let shader = Shader::new("cull.comp", words.clone());
         let pass = Pass::dispatch("cull", shader, (end - first).div_ceil(TRIANGLES_A_DRAW)).of_joint(run.joint);
-        pass.over(Per::Triangle, run.triangles).over(Per::Draw, run.draws()).told(&first)
+        let pass = pass.over(Per::Triangle, run.triangles).over(Per::Draw, run.draws());
+        match place {
+            Some(place) => pass.told(&place).told(&first),
+            None => pass.told(&first),
+        }
     }));
     frame.wait([
         barrier(&VISIBLE_TRIANGLES, COMPUTE_WRITE, scope(S::INDEX_INPUT, A::INDEX_READ)),
@@ -110,18 +115,21 @@ pub(crate) fn make(
     traced: impl Fn(&mut Frame, [f32; 2], (&'static Resource, bool)),
 ) {
     let vertex = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
-    frame.wait([barrier(shown, COMPUTE_WRITE, if image.shows.traced { NODE_READ } else { vertex })]);
     let places = image.places();
     for (number, place) in places.iter().map(|place| place.map(|share| share as f32)).enumerate() {
-        draw(frame, image, shown, place);
+        let gathered = (places.len() > 1).then_some(place);
+        cull(frame, image, gathered);
+        if number == 0 {
+            frame.wait([barrier(shown, COMPUTE_WRITE, if image.shows.traced { NODE_READ } else { vertex })]);
+        }
+        draw(frame, image, shown, gathered);
         compute(frame, image, (number, places.len()), |frame, lit| traced(frame, place, lit));
     }
 }
 
 /// Draws one sample of each texel, at a place in it where samples are gathered, and the mean over several where a finer image has one.
-fn draw(frame: &mut Frame, image: &ImageRecipe, shown: &'static Resource, place: [f32; 2]) {
+fn draw(frame: &mut Frame, image: &ImageRecipe, shown: &'static Resource, place: Option<[f32; 2]>) {
     let (shows, mean, shutter) = (image.shows, image.mean(), image.shutter());
-    let place = (image.places().len() > 1).then_some(place);
     let mut before = vec![
         to_draw(&RADIANCE_IMAGE, COPIED, COLOUR),
         to_draw(&IDENTITY_IMAGE, COPIED, COLOUR),

@@ -46,8 +46,9 @@ fn triangles(data: &SceneData<'_>) -> usize {
     data.if_drawn(data.shown.traced.len())
 }
 
-/// Most texels of a dispatch of rays, few enough that no driver stops it as hanging.
-const LIT_AT_ONCE: u32 = 1 << 20;
+/// Most texels of a dispatch of rays. The watchdog of a desktop ends a dispatch after two seconds. With up to 8 rays a texel, a device needs to follow a
+/// million rays a second to stay within.
+const LIT_AT_ONCE: u32 = 1 << 18;
 /// Texels of a workgroup of these rays.
 const TEXELS_OF_RAYS: u32 = 64;
 

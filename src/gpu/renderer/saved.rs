@@ -181,6 +181,10 @@ impl Renderer {
     /// Culls the triangles anew from the views of the last culling, whose result lies on the device only. The image of this frame is not used,
     /// and no rays are sent for it.
     fn cull_again(&mut self) -> Result<(), GpuError> {
+        if self.scene.sampled.is_some_and(|sampled| sampled.gathered > 1) {
+            // Every sample has triangles of its own, and only a crop holds them from image to image.
+            self.scene.culling.forget();
+        }
         let Some((views, culled)) = self.scene.culling.last_culled(self.scene.joints) else { return Ok(()) };
         let frame = compose(&self.scene.drawn_recipe(self.scene.sampled, 0, culled, None));
         let submitted = self.send(&frame, Request { views: &views, ..Request::default() })?;

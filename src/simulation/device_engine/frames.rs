@@ -8,6 +8,9 @@ use crate::gpu::renderer::{Renderer, Submitted};
 use crate::simulation::engine::Delivered;
 use crate::simulation::image::Image;
 
+/// Pixels of a block, whose values fit the first cache of a processor.
+const BLOCK: usize = 1024;
+
 /// What the fourth value of a pixel is, after radiance, temperature and depth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Fourth {
@@ -84,20 +87,28 @@ impl Frames {
         }
         let pixels = collected.radiance.zip(collected.identity);
         let image = flying.image.zip(pixels).map(|(image, (values, labels))| {
-            let channel = |i: usize| values.iter().map(|value| value[i]).collect();
-            let fourth_of = |wanted: Fourth| if wanted == fourth { channel(3) } else { Vec::new() };
-            let image = Image {
-                radiance: channel(0),
-                temperature: channel(1),
-                depth: channel(2),
-                part: labels.iter().map(|label| label[0]).collect(),
-                material: labels.iter().map(|label| label[1]).collect(),
-                coverage: fourth_of(Fourth::Coverage),
-                reflected: fourth_of(Fourth::Reflected),
-                ..image
+            let mut image = image;
+            let fourth = match fourth {
+                Fourth::Nothing => None,
+                Fourth::Coverage => Some(&mut image.coverage),
+                Fourth::Reflected => Some(&mut image.reflected),
             };
+            let [radiance, temperature, depth] = [&mut image.radiance, &mut image.temperature, &mut image.depth];
+            split(values, [Some(radiance), Some(temperature), Some(depth), fourth]);
+            split(labels, [Some(&mut image.part), Some(&mut image.material)]);
             image.with_readings(collected.readings.as_deref())
         });
         Ok(Delivered { image, temperatures: collected.temperatures.map(<[f32]>::to_vec), absorbed })
+    }
+}
+
+/// Appends the values of all pixels to the list of each. Pixels are taken in blocks, so that memory is read once.
+fn split<T: Copy, const N: usize>(pixels: &[[T; N]], mut lists: [Option<&mut Vec<T>>; N]) {
+    lists.iter_mut().flatten().for_each(|list| list.reserve_exact(pixels.len()));
+    for block in pixels.chunks(BLOCK) {
+        for (place, list) in lists.iter_mut().enumerate() {
+            let Some(list) = list else { continue };
+            list.extend(block.iter().map(|pixel| pixel[place]));
+        }
     }
 }

@@ -35,6 +35,9 @@ struct Arguments {
     /// Replace the section between `<!-- dataset_speed -->` and `<!-- /dataset_speed -->` of this page
     #[arg(long, value_name = "FILE.md")]
     page: Option<PathBuf>,
+    /// Replace the section between `<!-- dataset_gpu -->` and `<!-- /dataset_gpu -->` of this page
+    #[arg(long, value_name = "FILE.md")]
+    gpu_page: Option<PathBuf>,
 }
 
 fn of_spec(text: &str) -> Result<(PathBuf, u64), String> {
@@ -75,17 +78,16 @@ fn work(arguments: &Arguments) -> Result<(), String> {
         arguments.specs.iter().map(|(path, images)| format!("{}={images}", path.display())).collect();
     let poses = arguments.poses_per_orbit.map_or(String::new(), |poses| format!(" --poses-per-orbit {poses}"));
     let text = format!(
-        "`cargo run {}-p isotherm-tools --bin dataset_speed -- {}{poses} --plot docs/dataset_speed.svg --page docs/datasets.md`\n\n\
-         {}\n{}\n{picture}\n{}\n{}\n{}",
+        "`cargo run {}-p isotherm-tools --bin dataset_speed -- {}{poses} --plot docs/dataset_speed.svg --page docs/datasets.md --gpu-page docs/gpu.md`\n\n\
+         {}\n{}\n{picture}",
         section::PROFILE,
         specs.join(" "),
         Measured::HEAD,
         rows.join("\n"),
-        arguments.gpu.sentence(),
-        Gpu::HEAD,
-        calculated.join("\n"),
     );
-    section::tell("dataset_speed", &text, arguments.page.as_deref())
+    section::tell("dataset_speed", &text, arguments.page.as_deref())?;
+    let text = format!("{}\n{}\n{}", arguments.gpu.sentence(), Gpu::HEAD, calculated.join("\n"));
+    section::tell("dataset_gpu", &text, arguments.gpu_page.as_deref())
 }
 
 fn draw(path: &Path, series: Vec<PlotLine>) -> Result<(), String> {
