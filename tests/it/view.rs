@@ -277,7 +277,7 @@ fn the_uncertainty_is_that_of_render() {
             pairs.map(|(a, b)| (*a as f32 - b).abs()).fold(0.0, f32::max)
         };
         let (right, other) = if step == 3 { (&drawn[0], &drawn[1]) } else { (&drawn[1], &drawn[0]) };
-        assert!(differs(right) < 0.005 && differs(other) > 0.1, "{} and {} K", differs(right), differs(other));
+        assert!(differs(right) < 1e-3 && differs(other) > 5e-3, "{} and {} K", differs(right), differs(other));
         let craft = right.part.iter().filter(|part| **part != 0).count();
         let causes = image.plane("cause").iter().zip(&right.sigma.cause).zip(&right.part);
         let alike = causes.filter(|((a, b), part)| **part != 0 && **a as u32 == **b).count();
