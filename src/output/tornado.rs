@@ -75,7 +75,7 @@ fn draw(root: &Area, axis: &str, bars: &[TornadoBar]) -> Result<(), String> {
         }
         for end in bar.ends {
             let number = format!("{end:+.2}");
-            let beside = if end < 0.0 { -7.0 * number.len() as f64 - 4.0 } else { 5.0 };
+            let beside = if end < 0.0 { -6.2 * number.len() as f64 - 4.0 } else { 5.0 };
             let same_side = bar.ends[0] * bar.ends[1] > 0.0;
             let is_shorter = end.abs() < bar.ends[0].abs().max(bar.ends[1].abs());
             if !(same_side && is_shorter) {
