@@ -21,8 +21,8 @@ pub(crate) enum Distribution {
         /// Least and greatest value.
         within: [f64; 2],
     },
-    /// One of some values, with their shares.
-    Choice(Vec<Value>, Vec<f64>),
+    /// One of some values, with their shares. A table among them may have values that are drawn.
+    Choice(Vec<Distribution>, Vec<f64>),
     /// A unit vector, uniform on the sphere.
     Direction,
     /// A unit quaternion (w, x, y, z), uniform over all rotations.
@@ -49,7 +49,8 @@ impl Distribution {
                 });
                 // Rounding may leave a rest after the last share that is not 0.
                 let last = shares.iter().rposition(|share| *share > 0.0).unwrap_or(0);
-                values[met.unwrap_or(last)].clone()
+                let chosen = met.unwrap_or(last);
+                values[chosen].draw(&format!("{name}.{chosen}"), source)
             }
             Self::Direction => {
                 let direction = direction(name, source, 180.0);
@@ -98,7 +99,11 @@ impl Distribution {
     pub(crate) fn names(&self, name: &str) -> Vec<String> {
         match self {
             Self::Constant(_) => Vec::new(),
-            Self::Uniform(_) | Self::LogUniform(_) | Self::Normal { .. } | Self::Choice(..) => vec![name.to_owned()],
+            Self::Uniform(_) | Self::LogUniform(_) | Self::Normal { .. } => vec![name.to_owned()],
+            Self::Choice(values, _) => {
+                let within = values.iter().enumerate().flat_map(|(index, item)| item.names(&format!("{name}.{index}")));
+                std::iter::once(name.to_owned()).chain(within).collect()
+            }
             Self::Direction => ["around", "height"].map(|part| format!("{name}.{part}")).to_vec(),
             Self::Rotation => (0..3).map(|part| format!("{name}.{part}")).collect(),
             Self::List(items) => {
@@ -115,10 +120,15 @@ impl Distribution {
         if let Self::Constant(value) = self { value.as_str() } else { None }
     }
 
-    /// The keys of a table.
+    /// The tables that may be drawn: the table itself, or those among which one is chosen.
+    pub(crate) fn tables(&self) -> impl Iterator<Item = &[(String, Distribution)]> {
+        let all = if let Self::Choice(values, _) = self { values.as_slice() } else { std::slice::from_ref(self) };
+        all.iter().filter_map(|one| if let Self::Table(values) = one { Some(values.as_slice()) } else { None })
+    }
+
+    /// The keys of a table, or of all tables among which one is chosen.
     pub(crate) fn keys(&self) -> impl Iterator<Item = &str> {
-        let values = if let Self::Table(values) = self { values.as_slice() } else { &[] };
-        values.iter().map(|(key, _)| key.as_str())
+        self.tables().flatten().map(|(key, _)| key.as_str())
     }
 
     /// Least and greatest number that may be drawn. `None` where it is not a number.
@@ -133,9 +143,9 @@ impl Distribution {
             Self::Uniform(range) | Self::LogUniform(range) => Some(*range),
             Self::Normal { within, .. } => Some(*within),
             Self::Choice(values, _) => {
-                let numbers = values.iter().map(name_value).collect::<Option<Vec<f64>>>()?;
-                let ends = |all: [f64; 2], number: &f64| [all[0].min(*number), all[1].max(*number)];
-                Some(numbers.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends))
+                let ranges = values.iter().map(Self::range).collect::<Option<Vec<[f64; 2]>>>()?;
+                let ends = |all: [f64; 2], one: &[f64; 2]| [all[0].min(one[0]), all[1].max(one[1])];
+                Some(ranges.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends))
             }
             _ => None,
         }

@@ -149,7 +149,7 @@ fn read_choice(table: &DeTable, value: &Spanned<DeValue>) -> Result<Distribution
     let Some(values) = value.get_ref().as_array().filter(|values| !values.is_empty()) else {
         return Err((value.span(), "choice takes an array of values that is not empty".to_owned()));
     };
-    let values = values.iter().map(constant).collect::<Result<Vec<_>, _>>()?;
+    let values = values.iter().map(read).collect::<Result<Vec<_>, _>>()?;
     let Some(stated) = table.get("weights") else {
         let shares = vec![1.0; values.len()];
         return Ok(Distribution::Choice(values, shares));

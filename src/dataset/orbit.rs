@@ -18,6 +18,7 @@ use crate::labels::from_scene::{craft, labelled};
 use crate::labels::image::ImageIdentity;
 use crate::labels::image::LabelledImage;
 use crate::labels::key_points::{CHOSEN, check_names, chosen, given};
+use crate::labels::label_target::targets;
 use crate::labels::symmetry::{self, symmetries};
 use crate::scene::Scene;
 use crate::simulation::facade::Simulation;
@@ -66,6 +67,7 @@ impl<'a> OrbitRun<'a> {
             craft.name.clone_from(name);
         }
         let wrong = |message: String| DatasetError::Spec { path: spec.path.clone(), message };
+        craft.targets = targets(&craft, &spec.labels.targets).map_err(|error| wrong(error.to_string()))?;
         craft.key_points = if spec.labels.key_points.is_empty() {
             chosen(&craft, CHOSEN)
         } else {
@@ -184,7 +186,8 @@ impl<'a> OrbitRun<'a> {
                         None => match self.simulation.image(&camera, &pose) {
                             Err(error) => return Some(Err(error)),
                             Ok(image) => {
-                                let pixels = image.part.iter().filter(|part| **part != 0).count() as u64;
+                                let shows = |part: &&u32| self.craft.target_of_pixel(**part).is_some();
+                                let pixels = image.part.iter().filter(shows).count() as u64;
                                 if pixels >= spec.reject.visible_pixels {
                                     return Some(Ok(image));
                                 }

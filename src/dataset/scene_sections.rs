@@ -59,13 +59,16 @@ fn check_keys(table: &SpecTable, section: &str, drawn: &Distribution) -> Result<
     let known = SECTIONS.iter().find(|(header, _)| header.trim_matches(['[', ']']) == section);
     let Some((header, keys)) = known else { return Ok(()) };
     let of_tables = header.starts_with("[[");
-    let tables: Vec<&Distribution> = match drawn {
-        Distribution::List(items) if of_tables => items.iter().collect(),
-        table @ Distribution::Table(_) if !of_tables => vec![table],
+    let tables: Vec<&[(String, Distribution)]> = match drawn {
+        Distribution::List(items) if of_tables => items.iter().flat_map(Distribution::tables).collect(),
+        // One of several tables may be drawn.
+        Distribution::Choice(items, _) if !of_tables && drawn.tables().count() == items.len() => {
+            drawn.tables().collect()
+        }
+        Distribution::Table(values) if !of_tables => vec![values],
         _ => return Err(table.error(section, &format!("expected a section {header} as in the scene"))),
     };
     for values in tables {
-        let Distribution::Table(values) = values else { continue };
         if let Some((key, _)) = values.iter().find(|(key, _)| !keys.contains(&key.as_str())) {
             let message = format!("the scene's {header} has no key '{key}'{}", suggestion(key, keys.iter().copied()));
             return Err(table.error_within(section, key, &message));

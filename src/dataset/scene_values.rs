@@ -19,6 +19,9 @@ use crate::lens::Distortion;
 use crate::scene::{Scene, SceneError};
 use crate::thermal::sensor::Sensor;
 
+/// The section whose keys belong to its mode.
+const ATTITUDE: &str = "attitude";
+
 /// Keys that tell the tables of a list apart.
 pub(crate) const NAMES: [&str; 4] = ["match", "part", "name", "node"];
 
@@ -121,6 +124,9 @@ impl SceneText {
         for (section, drawn) in &spec.drawn.each_orbit {
             let value = value(section, drawn);
             told.insert(section.clone(), as_json(&value));
+            if section == ATTITUDE {
+                leave_mode(&mut table, &value);
+            }
             merge(&mut table, section, value).map_err(wrong)?;
         }
         if let Some(life) = &spec.drawn.life {
@@ -209,6 +215,14 @@ fn of_sensor(spec: &Spec, each_image: &Distribution, image: u64) -> Value {
 fn states_seed(spec: &Spec) -> bool {
     let of_orbit = spec.drawn.each_orbit.iter().filter(|(section, _)| section == SENSOR).map(|(_, drawn)| drawn);
     of_orbit.chain(&spec.drawn.each_image).flat_map(Distribution::keys).any(|key| key == "seed")
+}
+
+/// Leaves out the attitude of the scene where another mode is drawn: its keys belong to no other mode.
+fn leave_mode(table: &mut Table, drawn: &Value) {
+    let stated = table.get(ATTITUDE).and_then(|section| section.get("mode"));
+    if drawn.get("mode").is_some_and(|mode| Some(mode) != stated) {
+        table.remove(ATTITUDE);
+    }
 }
 
 fn set(table: &mut Table, section: &str, key: &str, value: Value) {

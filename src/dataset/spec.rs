@@ -16,6 +16,7 @@ use super::season::Season;
 use super::symmetry_rule::symmetries;
 use super::time_rule::TimeRule;
 use crate::files::{self, Reach};
+use crate::labels::label_target::StatedTarget;
 use crate::labels::symmetry::Symmetry;
 use crate::scene::SceneError;
 use crate::scene::keys::suggestion;
@@ -41,6 +42,7 @@ pub(crate) const KEYS: &[&str] = &[
     "reject",
     "key_point",
     "symmetry",
+    "target",
 ];
 /// Keys of `[split]`.
 pub(crate) const SPLIT: &[&str] = &["train", "val", "test"];
@@ -48,6 +50,12 @@ pub(crate) const SPLIT: &[&str] = &["train", "val", "test"];
 pub(crate) const REJECT: &[&str] = &["in_view", "visible_pixels", "clearance", "sun", "planet"];
 /// Keys of `[[key_point]]`.
 pub(crate) const KEY_POINT: &[&str] = &["name", "position", "part"];
+
+/// Keys of `[[target]]`.
+pub(crate) const TARGET: &[&str] = &["name", "match"];
+
+/// Most targets: their numbers stand in images of 8 bits.
+const MOST_TARGETS: usize = 255;
 
 /// Most images of a data set.
 const MOST_SAMPLES: u64 = 1_000_000_000;
@@ -136,6 +144,8 @@ pub(crate) struct LabelRules {
     pub(crate) key_points: Vec<SpecKeyPoint>,
     /// Symmetries of the craft's geometry.
     pub(crate) symmetries: Vec<Symmetry>,
+    /// Sets of parts that are craft of their own.
+    pub(crate) targets: Vec<StatedTarget>,
 }
 
 impl Spec {
@@ -217,7 +227,12 @@ impl Spec {
             drawn: DrawnRules { each_orbit, each_image, season, life, time },
             cameras,
             reject,
-            labels: LabelRules { object, key_points: key_points(&root)?, symmetries: symmetries(&root)? },
+            labels: LabelRules {
+                object,
+                key_points: key_points(&root)?,
+                symmetries: symmetries(&root)?,
+                targets: targets(&root)?,
+            },
         })
     }
 
@@ -275,6 +290,22 @@ fn reject(root: &SpecTable) -> Result<Reject, SceneError> {
     Ok(reject)
 }
 
+fn targets(root: &SpecTable) -> Result<Vec<StatedTarget>, SceneError> {
+    let mut targets: Vec<StatedTarget> = Vec::new();
+    for table in root.tables("target", TARGET)? {
+        let name = table.required("name", table.text("name")?, "a name")?.to_owned();
+        if targets.iter().any(|target| target.name == name) {
+            return Err(table.error("name", &format!("'{name}' is the name of another target")));
+        }
+        if targets.len() == MOST_TARGETS {
+            return Err(table.error("name", &format!("there are more than {MOST_TARGETS} targets")));
+        }
+        let patterns = table.required("match", table.texts("match")?, "an array of names of parts, with * and ?")?;
+        targets.push(StatedTarget { name, patterns: patterns.into_iter().map(str::to_owned).collect() });
+    }
+    Ok(targets)
+}
+
 fn key_points(root: &SpecTable) -> Result<Vec<SpecKeyPoint>, SceneError> {
     let mut points: Vec<SpecKeyPoint> = Vec::new();
     for table in root.tables("key_point", KEY_POINT)? {
@@ -304,6 +335,7 @@ mod tests {
             SPLIT,
             REJECT,
             KEY_POINT,
+            TARGET,
             camera_rule::CAMERA,
             life::LIFE,
             life::LIFE_MATERIAL,

@@ -121,7 +121,11 @@ fn of_loaders(
 ) -> Vec<(String, String)> {
     let filled = |split| Some((split, *counts.get(Split::name(split)).filter(|count| **count > 0)?));
     let filled: Vec<(Split, usize)> = Split::ALL.into_iter().filter_map(filled).collect();
-    let kinds = CardFiles { numbers: spec.images.contains(&ImageKind::Numbers), webdataset: spec.webdataset };
+    let kinds = CardFiles {
+        numbers: spec.images.contains(&ImageKind::Numbers),
+        webdataset: spec.webdataset,
+        instances: !craft.targets.is_empty(),
+    };
     let mut files = vec![(places::CARD.to_owned(), card(&craft.name, &filled, kinds))];
     if kinds.numbers {
         let splits: Vec<Split> = filled.iter().map(|(split, _)| *split).collect();

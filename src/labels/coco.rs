@@ -1,7 +1,7 @@
 //! Labels in the format of COCO: boxes, run-length masks and key points (cocodataset.org, "Data format").
 //!
-//! Category 1 is the craft, with its key points. Category `i + 2` is part `i`, so the categories of the parts are the values of their pixels + 1. A box covers
-//! its pixels: x and y are the left and upper border of the first pixel. A key point is in OpenCV's pixels, like the list of COCO itself, whose
+//! Category 1 is the craft, with its key points, or the first of several targets; each target has a category. The categories of the parts follow: the values of their
+//! pixels + the number of targets. A box covers its pixels: x and y are the left and upper border of the first pixel. A key point is in OpenCV's pixels, like the list of COCO itself, whose
 //! places are indices of pixels.
 
 use serde::{Deserialize, Serialize};
@@ -9,13 +9,10 @@ use serde_json::{Value, json};
 
 use super::craft::Craft;
 use super::image::{LabelledImage, Split};
-use super::key_points::{ImageKeyPoint, Visibility};
+use super::key_points::{ImageKeyPoint, Visibility, points_of};
 use super::mask::{bounds, compressed, runs};
 use super::places::shown;
 use super::text::{enclosed, line};
-
-/// Category of the craft.
-pub(crate) const CRAFT: u32 = 1;
 
 /// The entries of one image.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -26,27 +23,32 @@ pub struct CocoEntry {
     pub annotations: Vec<String>,
 }
 
-/// The entries of an image: the craft, and each part that a pixel shows. The number of an annotation follows from the number of the sample, so each
+/// The entries of an image: each target, and each part that a pixel shows. The number of an annotation follows from the number of the sample, so each
 /// occurs once in a data set.
 pub(crate) fn entry(craft: &Craft, image: &LabelledImage, key_points: &[ImageKeyPoint]) -> CocoEntry {
     let named =
         json!({ "id": image.identity.sample, "file_name": shown(image), "width": image.width, "height": image.height });
-    let first = image.identity.sample * (craft.parts.len() as u64 + 1) + 1;
+    let targets = craft.target_names().len();
+    let first = image.identity.sample * (craft.parts.len() + targets) as u64 + 1;
     let mut annotations = Vec::new();
-    let whole: Vec<bool> = image.channels.part.iter().map(|part| *part != 0).collect();
-    if let Some(mut annotation) = annotation(image, &whole, CRAFT, first) {
-        let labelled = key_points.iter().filter(|point| point.visibility != Visibility::Outside).count();
-        annotation["keypoints"] = key_points.iter().flat_map(key_point).collect();
-        annotation["keypoints_strict"] = key_points.iter().map(|point| json!(point.strict as u8)).collect();
-        annotation["num_keypoints"] = json!(labelled);
-        annotations.push(line(annotation));
+    for target in 0..targets {
+        let whole = craft.mask_of(target, &image.channels.part);
+        if let Some(mut annotation) = annotation(image, &whole, target as u32 + 1, first + target as u64) {
+            let here: Vec<&ImageKeyPoint> = points_of(craft, key_points, target).collect();
+            let labelled = here.iter().filter(|point| point.visibility != Visibility::Outside).count();
+            annotation["keypoints"] = here.iter().flat_map(|point| key_point(point)).collect();
+            annotation["keypoints_strict"] = here.iter().map(|point| json!(point.strict as u8)).collect();
+            annotation["num_keypoints"] = json!(labelled);
+            annotations.push(line(annotation));
+        }
     }
     let mut shown: Vec<u32> = image.channels.part.iter().copied().filter(|part| *part != 0).collect();
     shown.sort_unstable();
     shown.dedup();
     for part in shown {
         let mask: Vec<bool> = image.channels.part.iter().map(|at| *at == part).collect();
-        annotations.extend(annotation(image, &mask, part + CRAFT, first + u64::from(part)).map(line));
+        let id = first + targets as u64 - 1 + u64::from(part);
+        annotations.extend(annotation(image, &mask, part + targets as u32, id).map(line));
     }
     CocoEntry { image: line(named), annotations }
 }
@@ -82,13 +84,15 @@ pub(crate) fn file(
     images: impl IntoIterator<Item = String>,
     annotations: impl IntoIterator<Item = String>,
 ) -> impl Iterator<Item = String> {
-    let key_points: Vec<&str> = craft.key_points.iter().map(|point| point.name.as_str()).collect();
-    let whole = json!({
-        "id": CRAFT, "name": craft.name, "supercategory": "craft", "keypoints": key_points, "skeleton": [],
-    });
-    let part = |(number, name): (usize, &String)| json!({ "id": number + 2, "name": name, "supercategory": "part" });
+    let targets = craft.target_names();
+    let whole = |(target, name): (usize, &&str)| {
+        let key_points: Vec<&str> =
+            points_of(craft, &craft.key_points, target).map(|point| point.name.as_str()).collect();
+        json!({ "id": target + 1, "name": name, "supercategory": "craft", "keypoints": key_points, "skeleton": [] })
+    };
+    let part = |(number, name): (usize, &String)| json!({ "id": number + 1 + targets.len(), "name": name, "supercategory": "part" });
     let categories: Vec<String> =
-        std::iter::once(whole).chain(craft.parts.iter().enumerate().map(part)).map(line).collect();
+        targets.iter().enumerate().map(whole).chain(craft.parts.iter().enumerate().map(part)).map(line).collect();
     let info = line(json!({ "description": format!("{}, {}", craft.name, split.name()), "version": "1.0" }));
     enclosed("{\n\"annotations\": [", annotations, "],\n")
         .chain(enclosed("\"categories\": [", categories, "],\n"))
@@ -117,7 +121,9 @@ mod tests {
         };
         let outside =
             ImageKeyPoint { pixel: None, visibility: Visibility::Outside, strict: Visibility::Outside, ..seen };
-        let made = entry(&small_craft(), &small(), &[seen, outside]);
+        let mut craft = small_craft();
+        craft.key_points.push(craft.key_points[0].clone());
+        let made = entry(&craft, &small(), &[seen, outside]);
         assert_eq!(made.image, r#"{"file_name":"val/000003/gray/000002.png","height":3,"id":7,"width":4}"#);
         // 7 samples of 3 numbers each stand before.
         let expected = [

@@ -21,10 +21,18 @@ pub(crate) fn text(craft: &Craft, solids: &Solids) -> String {
     for object in solids.objects() {
         let _ = writeln!(text, "{:6}  {}", object.id, object.name);
     }
+    let targets = craft.target_names();
+    if !craft.targets.is_empty() {
+        text += "\nTARGETS\nThey take the place of the craft. A target has the number id in instance/*.png, in targets of label/*.json and as category of COCO; its class \
+                 of YOLO is id - 1, and its type of KITTI its name. An object of BOP belongs to one target.\nid  target\n\n";
+        for (target, name) in targets.iter().enumerate() {
+            let _ = writeln!(text, "{:2}  {name}", target + 1);
+        }
+    }
     let _ = writeln!(text, "\nPARTS\npixel  COCO category  link  part\n");
     for (number, part) in craft.parts.iter().enumerate() {
         let link = &craft.links[craft.link_of_part[number] as usize];
-        let _ = writeln!(text, "{:5}  {:13}  {link}  {part}", number + 1, number + 2);
+        let _ = writeln!(text, "{:5}  {:13}  {link}  {part}", number + 1, number + 1 + targets.len());
     }
     let _ = writeln!(text, "\nMATERIALS\npixel  material\n");
     for (number, material) in craft.materials.iter().enumerate() {

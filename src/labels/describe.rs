@@ -38,11 +38,20 @@ pub(crate) fn label(craft: &Craft, image: &LabelledImage, key_points: &[ImageKey
             "visibility_strict": in_image.strict as u8,
         })
     };
+    let target = |(target, name): (usize, &super::craft::LabelTarget)| {
+        let mask = craft.mask_of(target, &image.channels.part);
+        json!({
+            "id": target + 1,
+            "name": name.name,
+            "pixels": mask.iter().filter(|set| **set).count(),
+            "bbox": super::mask::bounds(&mask, image.width as usize).map(|bounds| bounds.coco()),
+        })
+    };
     let named = |numbers: &[(String, f64)]| {
         Value::Object(numbers.iter().map(|(name, number)| (name.clone(), json!(number))).collect::<Map<_, _>>())
     };
     let direction = |vector: DVec3| json!(vector.to_array());
-    let label = json!({
+    let mut label = json!({
         "sample": image.identity.sample,
         "orbit": image.identity.orbit,
         "image": image.identity.number,
@@ -69,6 +78,9 @@ pub(crate) fn label(craft: &Craft, image: &LabelledImage, key_points: &[ImageKey
         "depth_step_mm": steps.depth,
         "temperature_step_K": steps.temperature,
     });
+    if !craft.targets.is_empty() {
+        label["targets"] = craft.targets.iter().enumerate().map(target).collect();
+    }
     line(label) + "\n"
 }
 

@@ -35,6 +35,7 @@ pub fn craft(prepared: &Prepared) -> Craft {
         triangles: triangles.filter(|triangle| triangle.iter().all(|vertex| *vertex != PADDING)).collect(),
         key_points: Vec::new(),
         symmetries: Vec::new(),
+        targets: Vec::new(),
     }
 }
 

@@ -16,6 +16,8 @@ pub(crate) struct CardFiles {
     /// Digital numbers, with their copy of 8 bits.
     pub(crate) numbers: bool,
     pub(crate) webdataset: bool,
+    /// Maps of targets.
+    pub(crate) instances: bool,
 }
 
 /// Name of a split in Hugging Face.
@@ -28,6 +30,9 @@ pub(crate) fn card(craft: &str, splits: &[(Split, usize)], files: CardFiles) -> 
     let mut kinds = vec!["depth", "temperature", "part", "planet", "mask", "mask_visib"];
     if files.numbers {
         kinds.splice(0..0, ["gray", "gray8"]);
+    }
+    if files.instances {
+        kinds.push("instance");
     }
     let mut text = format!("---\npretty_name: {}\n", Value::from(format!("{craft} in the thermal infrared")));
     text += "tags:\n- thermal-infrared\n- spacecraft\n- pose-estimation\ntask_categories:\n- object-detection\n- \
@@ -73,14 +78,15 @@ mod tests {
 
     #[test]
     fn each_kind_of_file_is_a_configuration() {
-        let files = CardFiles { numbers: true, webdataset: true };
+        let files = CardFiles { numbers: true, webdataset: true, instances: false };
         let text = card("a \"craft\"", &[(Split::Train, 8), (Split::Validation, 2)], files);
         let configs: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("- config_name: ")).collect();
         assert_eq!(configs[..3], ["gray", "gray8", "depth"]);
         assert!(text.contains("  - split: validation\n    path: \"val/*/gray/*.png\"\n"), "{text}");
         assert!(text.starts_with("---\npretty_name: \"a \\\"craft\\\" in the thermal infrared\"\n"), "{text}");
         assert!(!text.contains("split: test"));
-        let few = card("c", &[(Split::Train, 8)], CardFiles { numbers: false, webdataset: false });
+        let few = card("c", &[(Split::Train, 8)], CardFiles { numbers: false, webdataset: false, instances: true });
         assert!(!few.contains("gray") && !few.contains("webdataset"));
+        assert!(few.contains("/instance/") && !text.contains("/instance/"));
     }
 }

@@ -102,7 +102,7 @@ pub(crate) fn given(craft: &Craft, name: &str, position: DVec3, part: Option<&st
         })?,
     };
     let link = craft.link_of_part.get(number).copied().unwrap_or(0);
-    Ok(KeyPoint { name: name.to_owned(), link, position })
+    Ok(KeyPoint { name: name.to_owned(), part: number as u32, link, position })
 }
 
 /// Refuses a name that stands twice.
@@ -162,14 +162,23 @@ fn middle(points: impl Iterator<Item = DVec3>) -> DVec3 {
     0.5 * (low + high)
 }
 
-/// Key points for which nobody chose any: the corner of a part that is farthest from the middle of the craft, and then again and again the corner farthest from
-/// all that were chosen (Gonzalez 1985). Of corners at one distance the first is taken. A craft with too few corners gives other vertices too. The
-/// name of a key point is its number and part.
+/// Key points for which nobody chose any, so many for each target ([`chosen_of`]).
 pub fn chosen(craft: &Craft, count: usize) -> Vec<KeyPoint> {
+    (0..craft.target_names().len()).flat_map(|target| chosen_of(craft, target, count)).collect()
+}
+
+/// The key points of a target: the corner of a part that is farthest from its middle, and then again and again the corner farthest from
+/// all that were chosen (Gonzalez 1985). Of corners at one distance the first is taken. A target with too few corners gives other vertices too. The
+/// name of a key point is its number and part.
+fn chosen_of(craft: &Craft, target: usize, count: usize) -> Vec<KeyPoint> {
     let place = |vertex: u32| craft.positions[vertex as usize];
-    let middle = middle(used(craft).into_iter().map(place));
+    let of_target = |mut vertices: Vec<u32>| {
+        vertices.retain(|vertex| craft.target_of_vertex(*vertex) == Some(target));
+        vertices
+    };
+    let middle = middle(of_target(used(craft)).into_iter().map(place));
     let mut points: Vec<KeyPoint> = Vec::new();
-    for candidates in [corners(craft), used(craft)] {
+    for candidates in [of_target(corners(craft)), of_target(used(craft))] {
         let from_chosen = |vertex: &u32, points: &[KeyPoint]| match points {
             [] => place(*vertex).distance_squared(middle),
             _ => {
@@ -188,7 +197,7 @@ pub fn chosen(craft: &Craft, count: usize) -> Vec<KeyPoint> {
             let vertex = candidates[index];
             let part = craft.vertex_part[vertex as usize] as usize;
             let name = format!("{:02}_{}", points.len() + 1, craft.parts[part]);
-            points.push(KeyPoint { name, link: craft.link_of_part[part], position: place(vertex) });
+            points.push(KeyPoint { name, part: part as u32, link: craft.link_of_part[part], position: place(vertex) });
             for (other, nearest) in candidates.iter().zip(&mut nearest) {
                 let distance = place(*other).distance_squared(place(vertex));
                 *nearest = if first { distance } else { nearest.min(distance) };
@@ -196,6 +205,12 @@ pub fn chosen(craft: &Craft, count: usize) -> Vec<KeyPoint> {
         }
     }
     points
+}
+
+/// Those of a list with an item for each key point of a craft that lie on a target.
+pub(super) fn points_of<'a, T>(craft: &'a Craft, list: &'a [T], target: usize) -> impl Iterator<Item = &'a T> {
+    let on_target = move |(point, _): &(&KeyPoint, &T)| craft.target_of_part(point.part) == Some(target);
+    craft.key_points.iter().zip(list).filter(on_target).map(|(_, item)| item)
 }
 
 /// Where the key points of a craft appear in an image, and whether they are seen.
@@ -280,7 +295,8 @@ mod tests {
     fn a_point_is_hidden_by_what_stands_before_it() {
         let mut image = small();
         image.camera_from_body = glam::DAffine3::from_translation(DVec3::new(0.0, 0.0, 4.0));
-        let point = |x: f64, y: f64| KeyPoint { name: "p".to_owned(), link: 0, position: DVec3::new(x, y, 0.0) };
+        let point =
+            |x: f64, y: f64| KeyPoint { name: "p".to_owned(), part: 0, link: 0, position: DVec3::new(x, y, 0.0) };
         let pixel = |x: f64, y: f64| point((x - 1.5) * 4.0 / 10.0, (y - 1.0) * 4.0 / 20.0);
         let visibility =
             |image: &LabelledImage, point: &KeyPoint| seen(std::slice::from_ref(point), image)[0].visibility;

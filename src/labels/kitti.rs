@@ -9,12 +9,18 @@ use super::craft::Craft;
 use super::image::LabelledImage;
 use super::mask::bounds;
 
-/// The text of an image. Empty without the craft.
+/// The text of an image: a line for each target that it shows.
 pub(crate) fn label(craft: &Craft, image: &LabelledImage) -> String {
-    let shown: Vec<bool> = image.channels.part.iter().map(|part| *part != 0).collect();
+    let names = craft.target_names();
+    names.iter().enumerate().map(|(target, name)| line_of(craft, image, target, name)).collect()
+}
+
+fn line_of(craft: &Craft, image: &LabelledImage, target: usize, name: &str) -> String {
+    let shown = craft.mask_of(target, &image.channels.part);
     let Some(bounds) = bounds(&shown, image.width as usize) else { return String::new() };
     let [left, top, width, height] = bounds.coco().map(|value| value as f64);
     let mut vertices: Vec<u32> = craft.triangles.iter().flatten().copied().collect();
+    vertices.retain(|vertex| craft.target_of_vertex(*vertex) == Some(target));
     vertices.sort_unstable();
     vertices.dedup();
     let links: Vec<_> = (0..craft.links.len()).map(|link| image.camera_from_link(link)).collect();
@@ -34,7 +40,7 @@ pub(crate) fn label(craft: &Craft, image: &LabelledImage) -> String {
     let truncated = beyond as f64 / vertices.len().max(1) as f64;
     let (size, middle) = (high - low, 0.5 * (low + high));
     let alpha = -middle.x.atan2(middle.z);
-    let name = craft.name.split_whitespace().collect::<Vec<_>>().join("_");
+    let name = name.split_whitespace().collect::<Vec<_>>().join("_");
     // Pixels are counted from 0, and the box reaches from the first to the last. The place is the middle of the lower face, because Y points down.
     format!(
         "{name} {truncated:.2} 0 {alpha:.4} {left:.2} {top:.2} {:.2} {:.2} {:.4} {:.4} {:.4} {:.4} {:.4} {:.4} 0.00\n",

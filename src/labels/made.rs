@@ -65,7 +65,7 @@ pub fn made(craft: &Craft, solids: &Solids, image: &LabelledImage) -> Result<Ima
     let key_points = seen(&craft.key_points, image);
     let silhouettes = solids.silhouettes(image);
     let (depth, temperature) = (maps::depth(image)?, maps::temperature(image)?);
-    let is_seen = image.channels.part.iter().any(|part| *part != 0);
+    let is_seen = image.channels.part.iter().any(|part| craft.target_of_pixel(*part).is_some());
     let has_numbers = image.channels.digital_numbers.is_some();
     let lines = ImageLines {
         number: image.identity.number,
@@ -105,6 +105,9 @@ pub fn made(craft: &Craft, solids: &Solids, image: &LabelledImage) -> Result<Ima
     if let Some(planet) = maps::planet(image) {
         labels.push(both("planet", "planet.png", maps::mask(image, &planet)?));
     }
+    if !craft.targets.is_empty() {
+        labels.push(both("instance", "instance.png", maps::instance(craft, image)?));
+    }
     labels.extend(maps::digital_numbers(image)?.map(|png| both("gray", "gray.png", png)));
     labels.extend(maps::upper_bits(image)?.map(|png| both("gray8", "gray8.png", png)));
     let in_folder = |folder: &str, text: String| Label {
@@ -112,7 +115,7 @@ pub fn made(craft: &Craft, solids: &Solids, image: &LabelledImage) -> Result<Ima
         ending: None,
         bytes: text.into_bytes(),
     };
-    labels.extend(has_numbers.then(|| in_folder("gray8", yolo::label(image, &key_points))));
+    labels.extend(has_numbers.then(|| in_folder("gray8", yolo::label(craft, image, &key_points))));
     labels.push(in_folder("kitti", kitti::label(craft, image)));
     for (place, silhouette) in silhouettes.iter().enumerate() {
         for (what, mask) in [("mask", &silhouette.full), ("mask_visib", &silhouette.visible)] {
@@ -140,7 +143,7 @@ pub fn orbit(split: Split, number: u32, lines: &[ImageLines]) -> Vec<(String, Ve
 /// The files of a data set that depend on the craft and its camera alone: paths and bytes. `image` is any image.
 pub fn fixed(craft: &Craft, solids: &Solids, image: &LabelledImage) -> Vec<(String, Vec<u8>)> {
     let object = |solid: &super::craft::BopObject| {
-        (places::model(solid.id), ply::ply(craft, &craft.triangles_of(solid.link)).into_bytes())
+        (places::model(solid.id), ply::ply(craft, &craft.triangles_of(solid)).into_bytes())
     };
     let mut files: Vec<(String, Vec<u8>)> = solids.objects().iter().map(object).collect();
     if solids.objects().len() > 1 {

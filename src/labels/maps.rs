@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use super::craft::Craft;
 use super::image::LabelledImage;
 use crate::output::OutputError;
 use crate::output::gray::{png_8, png_16};
@@ -85,6 +86,16 @@ pub(crate) fn planet(image: &LabelledImage) -> Option<Vec<bool>> {
         image.channels.part[at] == 0 && ray.is_some_and(|ray| ray.extend(1.0).normalize().dot(image.planet) > least)
     };
     (image.line_time == 0.0).then(|| (0..image.pixels()).map(shows).collect())
+}
+
+/// Number of the target in each pixel, from 1.
+///
+/// # Errors
+/// An image that PNG can not hold.
+pub(crate) fn instance(craft: &Craft, image: &LabelledImage) -> Result<Vec<u8>, OutputError> {
+    let number = |part: &u32| craft.target_of_pixel(*part).map_or(0, |target| target as u8 + 1);
+    let bytes: Vec<u8> = image.channels.part.iter().map(number).collect();
+    png_8([image.width, image.height], &bytes, &[])
 }
 
 /// 255 where a mask is set.

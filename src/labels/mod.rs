@@ -2,7 +2,7 @@
 //!
 //! [`image`] is one image with everything known about it, and [`craft`] is the craft that it shows. [`from_scene`] makes both. [`places`] says which
 //! file lies where. The writers return bytes or lines and write no file: [`bop`], [`speed`], [`coco`], [`yolo`], [`kitti`], [`webdataset`], [`hugging_face`], and [`maps`] for the images of
-//! labels. [`describe`] has everything about one image, and [`conventions`] the text that a reader of the folder needs.
+//! labels. [`label_target`] says which parts are which craft. [`describe`] has everything about one image, and [`conventions`] the text that a reader of the folder needs.
 //!
 //! Each list of a whole data set consists of entries of single images. An entry depends on its image and the craft alone, so shards make them in any order,
 //! and whoever joins the shards only puts them between a head and an end.
@@ -17,6 +17,7 @@ pub(crate) mod hugging_face;
 pub(crate) mod image;
 pub(crate) mod key_points;
 pub(crate) mod kitti;
+pub(crate) mod label_target;
 pub(crate) mod made;
 pub(crate) mod maps;
 pub(crate) mod mask;

@@ -91,7 +91,7 @@ fn put_symmetries(info: &mut serde_json::Value, symmetries: &Symmetries) {
 /// `models_info.json`: diameter, least corner and size of each object [mm], and its symmetries.
 pub(crate) fn models_info(craft: &Craft, solids: &Solids) -> String {
     object(solids.objects().iter().map(|solid| {
-        let (vertices, _) = compact(&craft.triangles_of(solid.link));
+        let (vertices, _) = compact(&craft.triangles_of(solid));
         let points: Vec<DVec3> = vertices.iter().map(|vertex| millimetres(craft.positions[*vertex as usize])).collect();
         let [low, high] = points
             .iter()
@@ -102,7 +102,7 @@ pub(crate) fn models_info(craft: &Craft, solids: &Solids) -> String {
             "min_x": low.x, "min_y": low.y, "min_z": low.z,
             "size_x": size.x, "size_y": size.y, "size_z": size.z,
         });
-        if let Some(symmetry) = craft.symmetries.iter().find(|symmetry| symmetry.link == solid.link) {
+        if let Some(symmetry) = craft.symmetries.iter().find(|symmetry| symmetry.object == solid.id) {
             put_symmetries(&mut info, symmetry);
         }
         (solid.id, line(info))
@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn a_mesh_is_in_millimetres_with_its_own_vertices() {
         let (craft, solids) = (small_craft(), Solids::new(&small_craft()));
-        let text = ply(&craft, &craft.triangles_of(1));
+        let text = ply(&craft, &craft.triangles_of(&craft.objects()[1]));
         let body = text.split("end_header\n").nth(1).expect("a body");
         assert_eq!(
             body,

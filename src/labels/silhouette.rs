@@ -16,8 +16,8 @@ use crate::raster::{RasterSurface, RasterView, rasterise};
 pub struct Solids {
     objects: Vec<BopObject>,
     triangles: Vec<Vec<[u32; 3]>>,
-    /// Object of each part, as its place in `objects`.
-    object_of_part: Vec<usize>,
+    /// Object of each part, as its place in `objects`. `None` for a part of no target.
+    object_of_part: Vec<Option<usize>>,
     positions: Vec<DVec3>,
     /// Temperatures, parts and materials that the rasteriser asks for.
     temperatures: Vec<f64>,
@@ -48,10 +48,13 @@ impl Solids {
     /// The objects of a craft.
     pub fn new(craft: &Craft) -> Self {
         let objects = craft.objects();
-        let of_part = |link: &u32| objects.iter().position(|object| object.link == *link).unwrap_or(0);
+        let of_part = |(part, link): (usize, &u32)| {
+            let target = craft.target_of_part(part as u32);
+            objects.iter().position(|object| object.link == *link && Some(object.target) == target)
+        };
         Self {
-            triangles: objects.iter().map(|object| craft.triangles_of(object.link)).collect(),
-            object_of_part: craft.link_of_part.iter().map(of_part).collect(),
+            triangles: objects.iter().map(|object| craft.triangles_of(object)).collect(),
+            object_of_part: craft.link_of_part.iter().enumerate().map(of_part).collect(),
             positions: craft.positions.clone(),
             temperatures: vec![0.0; craft.positions.len()],
             zeros: vec![0; craft.positions.len()],
@@ -71,9 +74,10 @@ impl Solids {
 
     fn silhouette(&self, object: usize, image: &LabelledImage) -> Silhouette {
         let width = image.width as usize;
-        let is_object = |part: &u32| *part != 0 && self.object_of_part.get(*part as usize - 1) == Some(&object);
+        let is_object = |part: &u32| *part != 0 && self.object_of_part.get(*part as usize - 1) == Some(&Some(object));
         let visible: Vec<bool> = image.channels.part.iter().map(is_object).collect();
-        if self.objects.len() == 1 && !touches_the_border(&visible, width) {
+        let is_alone = self.objects.len() == 1 && self.object_of_part.iter().all(Option::is_some);
+        if is_alone && !touches_the_border(&visible, width) {
             let (count, bounds) = (visible.iter().filter(|set| **set).count() as u64, bounds(&visible, width));
             return Silhouette { full: visible.clone(), visible, count, bounds };
         }
@@ -86,7 +90,7 @@ impl Solids {
                 full[y as usize * width + x as usize] = true;
             }
         }
-        if self.objects.len() == 1 {
+        if is_alone {
             // Nothing hides the object, so the whole mask is the visible one, which comes from the image itself.
             full.clone_from(&visible);
         }

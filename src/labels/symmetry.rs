@@ -148,7 +148,7 @@ pub(crate) fn symmetries(craft: &Craft, stated: &[Symmetry]) -> Result<Vec<Symme
             }
         }
         let discrete = group(&turns, size).ok_or_else(|| SymmetryError::Endless { object: object.name.clone() })?;
-        all.push(Symmetries { link: object.link, discrete, continuous: axis });
+        all.push(Symmetries { object: object.id, discrete, continuous: axis });
     }
     Ok(all)
 }
@@ -185,17 +185,17 @@ pub(crate) fn check(craft: &Craft, stated: &[Symmetry]) -> Result<(), SymmetryEr
     let objects = craft.objects();
     for one in stated {
         let object = one.object_in(&objects)?;
-        let triangles = craft.triangles_of(object.link);
+        let triangles = craft.triangles_of(&object);
         let mut vertices: Vec<u32> = triangles.iter().flatten().copied().collect();
         vertices.sort_unstable();
         vertices.dedup();
         let place = |vertex: &u32| craft.positions[*vertex as usize];
         let diameter = diameter(&vertices.iter().map(place).collect::<Vec<_>>());
-        let is_of_link = |vertex: &u32| craft.link_of_vertex(*vertex) == object.link;
+        let is_of_object = |vertex: &u32| craft.is_of(&object, *vertex);
         let stride = vertices.len().div_ceil(VERTICES).max(1);
         let points: Vec<DVec3> = corners(craft)
             .iter()
-            .filter(|vertex| is_of_link(vertex))
+            .filter(|vertex| is_of_object(vertex))
             .chain(vertices.iter().step_by(stride))
             .map(place)
             .collect();
@@ -280,6 +280,7 @@ mod tests {
             triangles: faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect(),
             key_points: Vec::new(),
             symmetries: Vec::new(),
+            targets: Vec::new(),
         }
     }
 

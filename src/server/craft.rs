@@ -106,6 +106,12 @@ impl ServedCraft {
         Ok(())
     }
 
+    /// Length of a step [s], where the last state lies between the ends of two steps. An image then cuts a step.
+    pub(crate) fn cut_step(&self) -> Option<f64> {
+        let steps = self.last?.time.seconds() / self.step;
+        ((steps - steps.round()).abs() > 1e-6).then_some(self.step)
+    }
+
     /// Steps to a time, if it lies ahead. Other sessions take turns with the steps.
     fn step_to(&mut self, time: f64, session: &Session) -> Result<(), Refusal> {
         if time > self.simulation.time() { self.step_along(time, session) } else { Ok(()) }

@@ -7,6 +7,7 @@ mod kills;
 mod loaders;
 mod made;
 mod symmetries;
+mod targets;
 mod verify;
 mod views;
 

@@ -25,8 +25,9 @@ pub(crate) fn small_craft() -> Craft {
         normals: vec![Vec3::Z; 6],
         vertex_part: vec![0, 0, 0, 1, 1, 1],
         triangles: vec![[0, 1, 2], [3, 4, 5]],
-        key_points: vec![KeyPoint { name: "tip".to_owned(), link: 1, position: corner(3.0, 1.0) }],
+        key_points: vec![KeyPoint { name: "tip".to_owned(), part: 1, link: 1, position: corner(3.0, 1.0) }],
         symmetries: Vec::new(),
+        targets: Vec::new(),
     }
 }
 

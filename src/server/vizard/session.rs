@@ -328,6 +328,12 @@ impl<'s> VizardSession<'s, '_> {
             0 => painter.png(&image),
             _ => depth_png(&image, far(camera)?),
         };
+        if let Some(step) = run.craft.values().flatten().find_map(|drawn| drawn.craft.cut_step()) {
+            self.tell(&format!(
+                "images come between the ends of the scene's steps of {step} s and cut them: temperatures differ from `isotherm run` by the error of the \
+                 step length (docs/serve.md)"
+            ));
+        }
         png.map_err(|error| Refusal::because(error.to_string()))
     }
 }
