@@ -22,13 +22,14 @@ layout(set = 0, binding = 4) buffer ImageIdentityBlock { uvec2 image_identity[];
 layout(set = 0, binding = 5) buffer SensorFineBlock { vec4 fine[]; };
 #endif
 
-// First texel whose centre lies at or beyond a border between pixels.
-uint fine_edge(uint border, float corner, float scale, uint texels) {
-    return uint(clamp(ceil((float(border) - corner) * scale - 0.5), 0.0, float(texels)));
+// Where a border between pixels lies among the texels of the crop.
+float place_of(uint border, float corner, float scale, uint texels) {
+    return clamp((float(border) - corner) * scale, 0.0, float(texels));
 }
 
-uint edge(uint border, float corner, uint texels) {
-    return fine_edge(border, corner, distant.scale, texels);
+// Share of the side of a texel between two places.
+float overlap(uint texel, float low, float high) {
+    return max(min(high, float(texel) + 1.0) - max(low, float(texel)), 0.0);
 }
 
 // Radiance behind the craft in a pixel.
@@ -51,15 +52,15 @@ float behind(vec2 pixel) {
 float part_of(uint column, uint row, float parts) {
     vec2 corner = distant.corner * parts;
     float scale = distant.scale / parts;
-    uint left = fine_edge(column, corner.x, scale, distant.across);
-    uint right = fine_edge(column + 1u, corner.x, scale, distant.across);
-    uint top = fine_edge(row, corner.y, scale, distant.down);
-    uint bottom = fine_edge(row + 1u, corner.y, scale, distant.down);
+    float left = place_of(column, corner.x, scale, distant.across);
+    float right = place_of(column + 1u, corner.x, scale, distant.across);
+    float top = place_of(row, corner.y, scale, distant.down);
+    float bottom = place_of(row + 1u, corner.y, scale, distant.down);
     vec2 sum = vec2(0.0);
-    for (uint y = top; y < bottom; y++) {
-        for (uint x = left; x < right; x++) {
+    for (uint y = uint(top); bottom > float(y); y++) {
+        for (uint x = uint(left); right > float(x); x++) {
             uint texel = y * distant.width + x;
-            float covered = drawn_identity[texel].x > 0u ? 1.0 : 0.0;
+            float covered = drawn_identity[texel].x > 0u ? overlap(x, left, right) * overlap(y, top, bottom) : 0.0;
             sum += covered * vec2(drawn_radiance[texel].x, 1.0);
         }
     }
@@ -75,23 +76,23 @@ float part_of(uint column, uint row, float parts) {
 
 void main() {
     uint row = gl_WorkGroupID.x;
-    uint top = edge(row, distant.corner.y, distant.down);
-    uint bottom = edge(row + 1u, distant.corner.y, distant.down);
+    float top = place_of(row, distant.corner.y, distant.scale, distant.down);
+    float bottom = place_of(row + 1u, distant.corner.y, distant.scale, distant.down);
     float share = 1.0 / (distant.scale * distant.scale);
     for (uint column = gl_LocalInvocationID.x; column < distant.width; column += 64u) {
-        uint left = edge(column, distant.corner.x, distant.across);
-        uint right = edge(column + 1u, distant.corner.x, distant.across);
+        float left = place_of(column, distant.corner.x, distant.scale, distant.across);
+        float right = place_of(column + 1u, distant.corner.x, distant.scale, distant.across);
         vec2 pixel = vec2(float(column), float(row));
         vec2 centre = (pixel + vec2(0.5) - distant.corner) * distant.scale;
         vec3 sum = vec3(0.0);
         float nearest = 3e38;
         uint shown = 0u;
-        for (uint y = top; y < bottom; y++) {
+        for (uint y = uint(top); bottom > float(y); y++) {
             // Sums of rows, so that a sum of many texels keeps its digits.
             vec3 of_row = vec3(0.0);
-            for (uint x = left; x < right; x++) {
+            for (uint x = uint(left); right > float(x); x++) {
                 uint texel = y * distant.width + x;
-                float covered = drawn_identity[texel].x > 0u ? 1.0 : 0.0;
+                float covered = drawn_identity[texel].x > 0u ? overlap(x, left, right) : 0.0;
                 vec4 drawn = drawn_radiance[texel];
                 of_row += covered * vec3(drawn.x, drawn.w, 1.0);
                 vec2 off = vec2(float(x), float(y)) + vec2(0.5) - centre;
@@ -99,7 +100,7 @@ void main() {
                 shown = distance < nearest ? texel : shown;
                 nearest = min(nearest, distance);
             }
-            sum += of_row;
+            sum += overlap(y, top, bottom) * of_row;
         }
         bool any = sum.z > 0.0;
         float coverage = min(share * sum.z, 1.0);

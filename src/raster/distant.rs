@@ -8,8 +8,10 @@ use super::surface::Pixel;
 use super::view::RasterView;
 use crate::lens::Distortion;
 
-/// Most pixels that such a craft spans along either axis. A larger one has so few texels in a pixel that their number, which is whole, shows as stripes.
-pub(crate) const DISTANT: f64 = 16.0;
+/// Pixels along either axis that such a craft spans less than: a craft of so many is within 1 % with one sample of a pixel too. In an image with a side below
+/// 256 pixels it is a quarter of that side, so that a pixel has 4 x 4 texels, or the least.
+const MOST_SPAN: f64 = 64.0;
+const LEAST_SPAN: f64 = 16.0;
 /// Most texels of a crop along either axis.
 pub(crate) const TEXELS: u32 = 256;
 /// Places in a pixel along each axis at which its sky is seen, with several samples.
@@ -46,10 +48,11 @@ impl Crop {
             }
         }
         let span = high - low;
-        if !span.is_finite() || span.max_element() >= DISTANT {
+        let most = most.map(|most| f64::from(most.min(TEXELS)));
+        let distant = (most[0].min(most[1]) / 4.0).clamp(LEAST_SPAN, MOST_SPAN);
+        if !span.is_finite() || span.max_element() >= distant {
             return None;
         }
-        let most = most.map(|most| f64::from(most.min(TEXELS)));
         // A border of a hundredth, so that rounding leaves nothing outside.
         let border = 0.01 * span.max_element().max(1e-9);
         let (low, span) = (low - border, span + 2.0 * border);
@@ -71,10 +74,13 @@ impl Crop {
         Self { corner: self.corner * fineness, scale: self.scale / fineness, ..*self }
     }
 
-    /// First texel whose centre lies at or beyond a border between pixels.
-    fn edge(&self, border: usize, axis: usize) -> usize {
-        let texel = ((border as f64 - self.corner[axis]) * self.scale - 0.5).ceil();
-        texel.clamp(0.0, f64::from(self.size[axis])) as usize
+    /// Texels that a row or column of pixels overlaps, each with the share of its side in it.
+    fn overlaps(&self, pixel: usize, axis: usize) -> impl Iterator<Item = (usize, f64)> + Clone {
+        let size = f64::from(self.size[axis]);
+        let [low, high] = [0.0, 1.0].map(|end| (pixel as f64 + end - self.corner[axis]) * self.scale);
+        let [low, high] = [low, high].map(|end| end.clamp(0.0, size));
+        let share = move |texel: usize| (high.min(texel as f64 + 1.0) - low.max(texel as f64)).max(0.0);
+        (low as usize..high.ceil() as usize).map(move |texel| (texel, share(texel)))
     }
 }
 
@@ -82,21 +88,22 @@ impl Crop {
 pub(crate) fn gather(sky: &mut [Pixel], width: usize, crop: &Crop, texels: &[Pixel]) {
     let share = 1.0 / (crop.scale * crop.scale);
     for (row, pixels) in sky.chunks_mut(width.max(1)).enumerate() {
-        let down = crop.edge(row, 1)..crop.edge(row + 1, 1);
-        if down.is_empty() {
+        let down = crop.overlaps(row, 1);
+        if down.clone().next().is_none() {
             continue;
         }
         for (column, pixel) in pixels.iter_mut().enumerate() {
-            let across = crop.edge(column, 0)..crop.edge(column + 1, 0);
+            let across = crop.overlaps(column, 0);
             let centre = (DVec2::new(column as f64 + 0.5, row as f64 + 0.5) - crop.corner) * crop.scale;
             let (mut sum, mut nearest) = ([0.0; 3], f64::INFINITY);
             let mut shown = None;
-            for (y, x) in down.clone().flat_map(|y| across.clone().map(move |x| (y, x))) {
+            for ((y, high), (x, wide)) in down.clone().flat_map(|y| across.clone().map(move |x| (y, x))) {
+                let weight = high * wide;
                 let texel = &texels[y * crop.size[0] as usize + x];
                 if texel.part == 0 {
                     continue;
                 }
-                sum = [sum[0] + texel.radiance, sum[1] + texel.reflected, sum[2] + 1.0];
+                sum = [sum[0] + weight * texel.radiance, sum[1] + weight * texel.reflected, sum[2] + weight];
                 let distance = (DVec2::new(x as f64 + 0.5, y as f64 + 0.5) - centre).length_squared();
                 if distance < nearest {
                     (nearest, shown) = (distance, Some(texel));
@@ -134,8 +141,10 @@ mod tests {
         }
         assert!(crop.size[0] <= 80 && crop.size[1] <= 60 && crop.scale > 20.0, "{crop:?}");
         assert_eq!(Crop::around(&view, &at(12.0), [80, 60]), None, "18 pixels");
+        assert!(Crop::around(&view, &at(12.0), [80, 80]).is_some(), "below a quarter of the image");
         assert_eq!(Crop::around(&view, &at(0.5), [80, 60]), None, "behind the camera");
-        let borders: Vec<usize> = (0..=80).map(|border| crop.edge(border, 0)).collect();
-        assert!(borders.is_sorted() && borders[0] == 0 && borders[80] == crop.size[0] as usize, "each texel once");
+        let mut shares = vec![0.0; crop.size[0] as usize];
+        (0..80).flat_map(|pixel| crop.overlaps(pixel, 0)).for_each(|(texel, share)| shares[texel] += share);
+        assert!(shares.iter().all(|share: &f64| (share - 1.0).abs() < 1e-9), "each texel once: {shares:?}");
     }
 }

@@ -86,6 +86,28 @@ fn a_distant_craft_keeps_its_radiant_intensity() {
     }
 }
 
+/// The image goes on across the switch to the crop, with one sample of a pixel too. Without the crop, 16 pixels are not enough.
+#[test]
+fn the_image_goes_on_across_the_switch() {
+    let off = |pixels: f64, samples: u32, lens: &str| {
+        let lens = format!("samples = {samples}{lens}");
+        let mut changes = far(pixels, 0.0, &lens);
+        changes.push(("width = 96\nheight = 72", "width = 320\nheight = 256".to_owned()));
+        let image = by_reference(&Folder::new(&changed(&changes, scene_with)).prepared());
+        intensity(&image, SIZE, FOCAL) / exact(pixels) - 1.0
+    };
+    for samples in [1, 4] {
+        // The boxes of the craft span less than `SPAN` here: the switch lies between 70 and 90.
+        let all = [50.0, 60.0, 70.0, 90.0, 100.0, 110.0].map(|pixels| off(pixels, samples, ""));
+        println!("{samples} samples: {all:+.4?}");
+        let [low, high] = [f64::min, f64::max].map(|pick| all.into_iter().reduce(pick).unwrap_or_default());
+        assert!(high - low < 0.01 && high.max(-low) < 0.01, "{samples} samples: {all:?}");
+    }
+    let near = [14.0, 15.0, 16.0, 17.0].map(|pixels| off(pixels, 1, "\ndistortion = [1e-9, 0, 0, 0, 0]").abs());
+    println!("without a crop: {near:.4?}");
+    assert!(near.iter().any(|off| *off > 0.01), "{near:?}");
+}
+
 /// With reflections, a planet behind, and the reflected part apart.
 #[test]
 fn a_distant_craft_is_seen_before_the_planet_as_by_the_reference() {

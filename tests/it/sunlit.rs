@@ -4,9 +4,11 @@ use std::f64::consts::PI;
 
 use isotherm::Image;
 use isotherm::internals::{Band, Prepared, band_radiance_exact};
+use serde_json::{Value, json};
 
 use super::bounces::{material, save_quads};
 use super::craft::Folder;
+use super::model::make::Maker;
 use super::reflections::{by_reference, on_device};
 
 /// Sine of the Sun's radius at 1 AU (IAU 2015: 695,700 km over 149,597,870.7 km), and its temperature [K].
@@ -202,4 +204,104 @@ fn a_diffuse_plate_reflects_the_day_side() {
             assert!((found / expected - 1.0).abs() < 0.01, "{phase}: {found} for {expected}");
         }
     }
+}
+
+/// Mean radiances of blocks of pixels by Mitsuba over that of the Sun (`tools/peer_bench/sunlit_mitsuba.py`, with its command).
+const MITSUBA: &str = include_str!("../../tools/oracle/data/sunlit.json");
+
+/// The mean radiance of each block of 16 x 16 pixels of an image of 64 x 48.
+fn blocks(image: &Image) -> Vec<f64> {
+    let of_block = |block: usize| {
+        let (down, across) = (block / 4 * 16, block % 4 * 16);
+        let rows = (down..down + 16).map(|row| &image.radiance[64 * row + across..64 * row + across + 16]);
+        rows.flatten().map(|value| f64::from(*value)).sum::<f64>() / 256.0
+    };
+    (0..12).map(of_block).collect()
+}
+
+/// A sphere of radius 1 with the normals of one, about Z.
+fn save_sphere(folder: &Folder) {
+    let (rings, sectors) = (48u16, 96u16);
+    let place = |ring: u16, sector: u16| {
+        let (sine, cosine) = (PI * f64::from(ring) / f64::from(rings)).sin_cos();
+        let (y, x) = (2.0 * PI * f64::from(sector) / f64::from(sectors)).sin_cos();
+        [(sine * x) as f32, (sine * y) as f32, cosine as f32]
+    };
+    let places: Vec<[f32; 3]> = (0..=rings).flat_map(|ring| (0..sectors).map(move |at| place(ring, at))).collect();
+    let quad = |ring: u16, sector: u16| {
+        let next = (sector + 1) % sectors;
+        let [a, b, c, d] =
+            [(0, sector), (1, sector), (1, next), (0, next)].map(|(down, at)| (ring + down) * sectors + at);
+        [a, b, c, a, c, d]
+    };
+    let indices: Vec<u16> = (0..rings).flat_map(|ring| (0..sectors).flat_map(move |at| quad(ring, at))).collect();
+    let mut maker = Maker::new();
+    maker.push("materials", json!({ "name": "plate" }));
+    let [positions, normals] = [maker.floats(&places), maker.floats(&places)];
+    let bytes: Vec<u8> = indices.iter().flat_map(|index| index.to_le_bytes()).collect();
+    let count = indices.len();
+    let indices = maker.accessor(&bytes, json!({"componentType": 5123, "count": count, "type": "SCALAR"}));
+    let attributes = json!({ "POSITION": positions, "NORMAL": normals });
+    maker.primitive(json!({"attributes": attributes, "indices": indices, "material": 0}));
+    maker.save(folder.0.path());
+}
+
+/// The scenes of the script, in a band.
+fn like_mitsuba(name: &str, band_um: &str, shown: &str) -> Prepared {
+    let image = "width = 64\nheight = 48\nup = [0, 0, 1]";
+    if name == "earth" {
+        let camera = "fov_deg = 60\nposition = [5, 0, 0]\nlook_at = [6.43, 0, -1]\nup = [0, 0, 1]";
+        let folder = earth_folder(80.0, band_um, shown, camera);
+        let scene = std::fs::read_to_string(folder.path("scene.toml")).expect("a scene");
+        let scene = scene.replace("width = 9\nheight = 9", "width = 64\nheight = 48");
+        folder.write("scene.toml", &scene.replace("planet_temperature = 254.3", "planet_temperature = 1"));
+        return folder.prepared();
+    }
+    let folder = Folder::new("");
+    let square = |size: f32, z: f32| [[-size, -size, z], [size, -size, z], [size, size, z], [-size, size, z]];
+    let (sun, camera) = if name == "plate" {
+        save_quads(&folder, &[("plate", square(1.0, 0.0)), ("blocker", square(0.5, 1.0))]);
+        ("[0.3, 0.2, 1]", "fov_deg = 50\nposition = [2.5, -2.5, 2.2]")
+    } else {
+        save_sphere(&folder);
+        ("[1, 0, 0]", "fov_deg = 25\nposition = [3, -5, 0]")
+    };
+    let materials = [material("plate", 0.2, ""), material("blocker", 1.0, "")];
+    let used = if name == "plate" { materials.concat() } else { materials[0].clone() };
+    folder.write(
+        "scene.toml",
+        &format!(
+            "[model]\npath = \"made.glb\"\n[time]\nstep = 1\nsteps = 1\ndraw_steps = [0]\n[orbit]\naltitude = 408e3\n[attitude]\nmode = \"sun\"\n\
+             sun_axis = {sun}\nnorth_axis = \"+Y\"\n[environment]\nplanet_radius = 6371e3\nbackground_temperature = 0\nsolar_constant = 1361\n\
+             [initial]\ntemperature = 1\n{used}[radiance]\nplanet_temperature = 1\n{band_um}\nreflections = \"traced\"\n{shown}\n\
+             [camera]\nframe = \"body\"\nnear = 0.01\nlook_at = [0, 0, 0]\n{camera}\n{image}\n"
+        ),
+    );
+    folder.prepared()
+}
+
+/// A plate behind a blocker, a sphere with its terminator, and the day side of the Earth up to its limb, against Mitsuba with a Sun of the same solid angle.
+#[test]
+fn mitsuba_sees_the_same_sunlight() {
+    let truth: Value = serde_json::from_str(MITSUBA).expect("JSON");
+    for name in ["plate", "sphere", "earth"] {
+        let truth: Vec<f64> = serde_json::from_value(truth[name].clone()).expect("numbers");
+        let most = truth.iter().copied().fold(0.0, f64::max);
+        let off = |image: &Image, band: Band| {
+            let sun = band_radiance_exact(band, SUN);
+            let apart = blocks(image).into_iter().zip(&truth).map(|(found, truth)| (found / sun - truth).abs());
+            apart.fold(0.0, f64::max) / most
+        };
+        for band_um in [MID, VISIBLE] {
+            let prepared = like_mitsuba(name, band_um, "");
+            let band = prepared.scene.band;
+            let [device, reference] = [on_device(&prepared), by_reference(&prepared)].map(|image| off(&image, band));
+            println!("{name}, {band}: device {device:.4}, f64 {reference:.4} of the brightest block");
+            assert!(device < 0.02 && reference < 0.02, "{name}: {device} and {reference}");
+        }
+    }
+    let dark = like_mitsuba("earth", MID, "planet_albedo = 0.29");
+    let truth: Vec<f64> = serde_json::from_value(truth["earth"].clone()).expect("numbers");
+    let found = blocks(&on_device(&dark))[9] / band_radiance_exact(dark.scene.band, SUN);
+    assert!((found / truth[9] - 1.0).abs() > 0.02, "another albedo must show: {found} for {}", truth[9]);
 }

@@ -32,7 +32,9 @@ EMISSIVITY, KELVIN, BAND = 0.05, 300.0, [8e-6, 14e-6]
 WIDTH, HEIGHT, SAMPLES, ALLOWED = 160, 120, 256, 0.01
 # Finishes: diffuse, smooth, and rough mirrors.
 FINISHES: dict[str, float | None] = {"diffuse": None, "smooth": 0.0, "0.1": 0.1, "0.2": 0.2, "0.3": 0.3, "1": 1.0}
-COSINES, DRAWS = 512, 20000
+# Views for which a lobe is summed, and draws along each of two axes. 20,000 random draws left sums of roughness 1 that were 0.2 to 0.8 % too large, and tubes
+# that were 1.5 % too dark.
+COSINES, DRAWS = 512, 300
 
 
 def lobe_sum(alpha: float, view: float, numbers: Array) -> float:
@@ -64,7 +66,8 @@ class Lobe(mi.BSDF):
         self.m_flags = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.FrontSide
         self.m_components = [self.m_flags]
         self.facets = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, self.alpha, True)
-        numbers = np.random.default_rng(1).random((2, DRAWS))
+        even = (np.arange(DRAWS) + 0.5) / DRAWS
+        numbers = np.array([axis.ravel() for axis in np.meshgrid(even, even)])
         sums = [lobe_sum(self.alpha, (place + 0.5) / COSINES, numbers) for place in range(COSINES)]
         self.sums = mi.Float(np.array(sums, np.float32))
 
