@@ -1,4 +1,4 @@
-//! Settings of glibc's heap for lists of pixels, which come and go with each image, and for a Vulkan driver that renders on the CPU.
+//! glibc's heap: its settings for lists of pixels, which come and go with each image, and for a driver that renders on the CPU, and what it gives back.
 
 /// Freed bytes that the heap keeps.
 const KEPT: i32 = 256 << 20;
@@ -23,3 +23,14 @@ pub(super) fn keep_freed_memory() {
 /// Does nothing: other C libraries have no such settings.
 #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
 pub(super) fn keep_freed_memory() {}
+
+/// Gives freed memory back to the system, after work that needed much more than what follows.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+pub(crate) fn give_back_freed_memory() {
+    // SAFETY: malloc_trim may be called at any time, and only returns memory that nobody uses.
+    unsafe { libc::malloc_trim(0) };
+}
+
+/// Does nothing: other C libraries have no such call.
+#[cfg(not(all(target_os = "linux", target_env = "gnu")))]
+pub(crate) fn give_back_freed_memory() {}

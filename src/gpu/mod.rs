@@ -11,7 +11,7 @@ mod drivers;
 pub(crate) mod effects;
 pub(crate) mod error;
 pub(crate) mod frame;
-mod host_heap;
+pub(crate) mod host_heap;
 mod instance;
 pub(crate) mod layout;
 pub(crate) mod limits;

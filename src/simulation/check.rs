@@ -234,6 +234,7 @@ impl Check {
         if self.network.as_ref().is_some_and(|network| network.failed.is_some() || network.waits) {
             return;
         }
+        let _receives = span("light of other surfaces in f64");
         let mut temperatures = vec![0.0; self.nodes];
         for (slot, temperature) in self.slots.iter().zip(self.reference.temperatures()) {
             temperatures[*slot] = *temperature;

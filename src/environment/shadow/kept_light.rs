@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use super::lit_corners::FacingCorners;
 use super::lit_surface::LitNode;
 use super::sunlit::LitArea;
+use crate::trace::span;
 
 /// Steps of the grid in a unit: half of one turns the Sun by at most 1e-9 rad.
 const GRID: f64 = (1u64 << 30) as f64;
@@ -88,6 +89,7 @@ impl KeptSet {
         let key = (self.number, bits(place));
         let known = kept().light.get(&key).cloned();
         if let Some(packed) = known {
+            let _takes = span("taking kept light");
             return packed.unpack(nodes, open);
         }
         let lit = find();

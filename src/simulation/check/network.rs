@@ -10,6 +10,7 @@ use crate::simulation::network::{NetworkRun, NetworkRunState, SceneNetwork};
 use crate::simulation::prepare::Prepared;
 use crate::thermal::incident::{IncidentFunction, incident};
 use crate::thermal::reference::{Reference, ReferenceState};
+use crate::trace::span;
 
 /// The network in f64, with the loads of all its nodes.
 pub(super) struct NetworkCheck {
@@ -54,6 +55,7 @@ impl NetworkCheck {
     /// Heat of every network node under a load [W].
     pub(crate) fn heat(&mut self, load: &StepLoad) -> Vec<f64> {
         self.loads.find_light(&mut self.light, load);
+        let _finds = span("finding the heat of the network in f64");
         let mut absorbed = vec![0.0; self.temperatures.len()];
         self.slots.iter().zip(self.loads.absorbed(load)).for_each(|(slot, flux)| absorbed[*slot] = flux);
         self.run.scene().heat(|slot| absorbed[slot])
