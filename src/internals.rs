@@ -92,7 +92,6 @@ pub use crate::guard::{
     check,
     finding::{CheckEffort, Finding},
 };
-pub use crate::host::peak_memory;
 pub use crate::labels::{
     craft::Craft,
     from_scene::{craft, labelled},
@@ -174,8 +173,6 @@ pub use crate::simulation::{
     thermal_state::ThermalState,
     viewpoint::{camera_from_body, device_view, raster_view, source_view},
 };
-pub use crate::stop::{Stopped, until};
-pub use crate::text::is_hidden;
 pub use crate::thermal::{
     STEFAN_BOLTZMANN,
     balance::{absorbed_flux, emissivity_sum},
@@ -210,3 +207,8 @@ pub use crate::thermal::{
     transition::{TransitionState, temperature, transition_step},
 };
 pub use crate::view::session::{ViewError, ViewSession};
+pub use crate::{
+    host::peak_memory,
+    stop::{Stopped, until},
+    text::is_hidden,
+};
