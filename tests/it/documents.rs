@@ -126,12 +126,12 @@ fn every_benchmark_has_a_command() {
     assert_eq!(
         names,
         [
+            "truth",
             "responses",
             "frames",
             "surroundings",
             "light",
             "models",
-            "exchange-parts",
             "exchange-cost",
             "build",
             "integrators",
