@@ -85,7 +85,6 @@ mod traced;
 mod trajectory;
 mod transitions;
 mod tumble;
-mod tutorial;
 mod twins;
 mod uncertainty;
 mod validation;

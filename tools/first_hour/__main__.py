@@ -70,6 +70,10 @@ def tutorial(hour: Hour) -> None:
             begin = time.monotonic()
             printed[text] = shell(text, hour.folder)
             print(f"  {time.monotonic() - begin:5.1f} s  {'; '.join(text.splitlines())}", flush=True)
+    page = (Path(__file__).parents[2] / "docs/tutorial.md").read_text()
+    promised = [line.split("`")[1] for line in page.splitlines() if line.startswith("| `")]
+    left = [name for name in [*promised, "first/contact_sheet.png", "noon.exr"] if not (hour.folder / name).stat().st_size]
+    hour.expect(len(promised) == 6 and not left, f"all {len(promised)} files of the page's table are there")
     told = "\n".join(printed.values())
     hour.expect("-1.500 to 1.500 m" in told, "isotherm info tells the size in metres")
     hour.expect("without a contact" not in told, "no neighbours are left without a contact")
