@@ -78,6 +78,9 @@ impl ErrorSpread {
     }
 }
 
+/// The exchange for the poses between which rows lie.
+type Ends = [Arc<Exchange>; 2];
+
 impl ExchangeCheck {
     pub(crate) fn new(craft: &Arc<ExchangeCraft>, poses: &[DAffine3]) -> Self {
         let first = craft.cast(poses);
@@ -147,7 +150,7 @@ impl ExchangeCheck {
     }
 
     /// The exchange for the poses between which the rows lie. `None` where no joint moves.
-    fn ends(&self) -> Option<[Arc<Exchange>; 2]> {
+    fn ends(&self) -> Option<Ends> {
         let rows = &self.now.0;
         (rows.from != rows.to).then(|| [&rows.from, &rows.to].map(|poses| self.craft.cast(poses)))
     }
@@ -157,7 +160,7 @@ impl ExchangeCheck {
         sent: &[f64],
         absorbed: &[f64],
         temperatures: &[f64],
-        (turned, held, ends): (bool, Option<Vec<f64>>, Option<[Arc<Exchange>; 2]>),
+        (turned, held, ends): (bool, Option<Vec<f64>>, Option<Ends>),
     ) {
         let ends = ends.as_ref().map(|ends| ends.each_ref().map(|exchange| &**exchange));
         let between = ends.map(|ends| self.now.1.with_factors_between(ends, self.now.0.share));
