@@ -50,8 +50,8 @@ impl PipelineCache {
     /// # Safety
     /// The device is that of `open`, is alive, and makes no pipeline.
     pub(super) unsafe fn close(&mut self, device: &ash::Device) {
-        if let Some(path) = &self.path {
-            // SAFETY: the caller answers for the device.
+        if let Some(path) = self.path.as_ref().filter(|_| self.raw != vk::PipelineCache::null()) {
+            // SAFETY: the caller answers for the device, and the cache was made by it.
             let data = unsafe { device.get_pipeline_cache_data(self.raw) }.unwrap_or_default();
             // Some drivers keep nothing, and give the header alone.
             if data.len() > HEADER
