@@ -44,6 +44,7 @@ pub use crate::exchange::{
 };
 pub use crate::fit::case::fit_files;
 pub use crate::gpu::{
+    bindings::compile_pass,
     blackbody::{band_radiances, band_table, brightness_temperatures},
     context::{Context, devices},
     effects::{

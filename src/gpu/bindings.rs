@@ -198,3 +198,12 @@ impl ShaderProgram {
         Ok(Some(Self { pipeline, behind, sets: BTreeMap::new() }))
     }
 }
+
+/// Makes the pipelines of a pass and drops them. A driver's compiler judges its shaders so, also where no device is. Returns whether the pass has any.
+///
+/// # Errors
+/// A buffer of the pass is not known, or the driver refuses a shader.
+pub fn compile_pass(context: &Arc<Context>, pass: &Pass) -> Result<bool, GpuError> {
+    let types = binding_types(&pass.accesses()?);
+    Ok(ShaderProgram::new(context, pass, &types)?.is_some())
+}

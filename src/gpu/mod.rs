@@ -3,7 +3,7 @@
 //! [`context`] opens a device. [`renderer`] holds a scene on it. [`frame`] puts the passes of its [`effects`] in order.
 
 pub(crate) mod accesses;
-mod bindings;
+pub(crate) mod bindings;
 pub(crate) mod blackbody;
 pub(crate) mod compile;
 pub(crate) mod context;

@@ -12,6 +12,7 @@ mod cases;
 mod check;
 mod commands;
 mod compare;
+mod compilers;
 mod converge;
 mod craft;
 mod cull;
