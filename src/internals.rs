@@ -34,7 +34,7 @@ pub use crate::environment::{
 };
 pub use crate::exchange::{
     between::{To, ViewFactor, view_factors},
-    cast::{Scenery, cast_rays},
+    cast::Scenery,
     defects::Defects,
     mirrors::{Mirrored, Mirrors, reflection},
     patches::{PatchSurface, Patches},
@@ -75,7 +75,7 @@ pub use crate::gpu::{
         traced::{SURFACE, SURFACE_IMAGE, TRACE_BOXES, TRACE_CORNERS, TRACE_TRIANGLES, TRACING},
     },
     frame::{Frame, Recipe, Wanted, compose},
-    layout::{ExchangePass, FUSED_STEPS, Material as DeviceMaterial, View, structures},
+    layout::{FUSED_STEPS, Material as DeviceMaterial, View, structures},
     limits::copies,
     lists::{brightnesses, copied, dispatched, download, filled, radiances, respond as respond_list, upload},
     pass::{Access, Barrier, ListEntry, Pass, PassWork, Scope, is_write, writes},

@@ -9,8 +9,7 @@ mod shadow;
 mod shared;
 mod step;
 
-pub use exchange::ExchangePass;
-pub(crate) use exchange::ExchangePatch;
+pub(crate) use exchange::{ExchangePass, ExchangePatch};
 pub use image::View;
 pub(crate) use image::{
     Band, Distant, DrawCommand, PlanetView, Reflector, Sampling, Shutter, ShutterSky, Surroundings, Tracing,
