@@ -7,6 +7,12 @@
 layout(set = 0, binding = 0) uniform ViewBlock { View view; };
 layout(set = 0, binding = 12) uniform SurroundingsBlock { Surroundings around; };
 
+#ifdef ROLLING
+#define SHUTTER_BINDING 14
+#define SHUTTER_SKY_BINDING 19
+#include "shutter.glsl"
+#endif
+
 #ifdef GATHERED
 // The place in a pixel that the sample shows, from its upper left corner.
 layout(push_constant) uniform PlaceBlock { vec2 sample_place; };
@@ -36,6 +42,9 @@ layout(location = 2) out vec4 surface;
 
 void main() {
     vec3 ray = normalize(vec3((SEEN - view.clip_offset) / view.clip_scale, 1.0));
+#ifdef ROLLING
+    ray = sky_at_first(ray, share_of_ray(ray.xy / ray.z));
+#endif
     float radiance = sky_radiance(around, ray);
 #ifdef TRACED
     surface = vec4(0.0);

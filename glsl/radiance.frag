@@ -15,6 +15,11 @@
 #include "emissivity.glsl"
 #endif
 #ifdef REFLECTIONS
+#ifdef ROLLING
+#define SHUTTER_BINDING 14
+#define SHUTTER_SKY_BINDING 19
+#include "shutter.glsl"
+#endif
 #define FINISHED
 #define LOBE_BINDING 13
 #include "reflection.glsl"
@@ -115,10 +120,17 @@ void main() {
 #endif
     float radiance = emissivity * band_radiance(temperature);
 #ifdef REFLECTIONS
+    vec3 across_sky = facing;
+    vec3 seen_from = to_camera;
+#ifdef ROLLING
+    float share = share_of_ray(sight.xy / max(sight.z, 1e-6));
+    across_sky = sky_at_first(facing, share);
+    seen_from = sky_at_first(to_camera, share);
+#endif
 #ifdef TABLES
-    float reflected = reflected_share(dimmed(around, reflector, factor), reflector, facing, to_camera);
+    float reflected = reflected_share(dimmed(around, reflector, factor), reflector, across_sky, seen_from);
 #else
-    float reflected = (1.0 - emissivity) * reflected_share(around, reflector, facing, to_camera);
+    float reflected = (1.0 - emissivity) * reflected_share(around, reflector, across_sky, seen_from);
 #endif
     radiance += reflected;
 #endif

@@ -52,7 +52,10 @@ void main() {
         dot(view.camera_from_body_z, position)
     );
 #ifdef ROLLING
-    camera = rolled(position, camera);
+    vec3 middle = at_middle(position);
+    vec3 last = at_last(position);
+    float share = share_of_point(camera, middle, last);
+    camera = pose_between(camera, middle, last, share);
 #endif
     // Depth is reversed, with the far plane at infinity.
     gl_Position = vec4(
@@ -85,5 +88,9 @@ void main() {
         dot(view.camera_from_body_y.xyz, outward),
         dot(view.camera_from_body_z.xyz, outward)
     );
+#ifdef ROLLING
+    vec4 direction = vec4(outward, 0.0);
+    normal = pose_between(normal, at_middle(direction), at_last(direction), share);
+#endif
 #endif
 }

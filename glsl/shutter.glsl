@@ -33,20 +33,65 @@ vec3 pose_between(vec3 first, vec3 middle, vec3 last, float share) {
         + last * (share * (2.0 * share - 1.0));
 }
 
-// A point in camera axes. `first` is where it is at the first row.
-vec3 rolled(vec4 position, vec3 first) {
-    vec3 middle = vec3(
+// Share of the image above the row that sees a ray. Rays beyond the frame have no row: they take that of the nearest ray of the frame.
+float share_of_ray(vec2 ray) {
+    return clamp(share_above(clamp(ray, shutter.field.xy, shutter.field.zw)), -1.0, 2.0);
+}
+
+// Where a position or, with 0 as its fourth value, a direction is in camera axes at the time of the middle row.
+vec3 at_middle(vec4 position) {
+    return vec3(
         dot(shutter.middle_x, position),
         dot(shutter.middle_y, position),
         dot(shutter.middle_z, position)
     );
-    vec3 last = vec3(dot(shutter.last_x, position), dot(shutter.last_y, position), dot(shutter.last_z, position));
+}
+
+// The same at the time of the last row.
+vec3 at_last(vec4 position) {
+    return vec3(dot(shutter.last_x, position), dot(shutter.last_y, position), dot(shutter.last_z, position));
+}
+
+// Share of the image above the row that sees a point, from where it is at the three rows. Points behind the camera have no row.
+float share_of_point(vec3 first, vec3 middle, vec3 last) {
     float share = 0.5;
     for (uint i = 0u; i < ROW_ITERATIONS; i++) {
         vec3 camera = pose_between(first, middle, last, share);
-        // Rays beyond the frame, and points behind the camera, have no row: they take that of the nearest ray of the frame.
-        vec2 ray = clamp(camera.xy / max(camera.z, 1e-6), shutter.field.xy, shutter.field.zw);
-        share = clamp(share_above(ray), -1.0, 2.0);
+        share = share_of_ray(camera.xy / max(camera.z, 1e-6));
     }
-    return pose_between(first, middle, last, share);
+    return share;
 }
+
+// A point in camera axes. `first` is where it is at the first row.
+vec3 rolled(vec4 position, vec3 first) {
+    vec3 middle = at_middle(position);
+    vec3 last = at_last(position);
+    return pose_between(first, middle, last, share_of_point(first, middle, last));
+}
+
+#ifdef SHUTTER_SKY_BINDING
+struct ShutterSky {
+    vec4 middle_x;
+    vec4 middle_y;
+    vec4 middle_z;
+    vec4 last_x;
+    vec4 last_y;
+    vec4 last_z;
+};
+layout(set = 0, binding = SHUTTER_SKY_BINDING) uniform ShutterSkyBlock { ShutterSky shutter_sky; };
+
+// A direction in the sky from the camera axes at a row to those at the first row.
+vec3 sky_at_first(vec3 direction, float share) {
+    vec3 middle = vec3(
+        dot(shutter_sky.middle_x.xyz, direction),
+        dot(shutter_sky.middle_y.xyz, direction),
+        dot(shutter_sky.middle_z.xyz, direction)
+    );
+    vec3 last = vec3(
+        dot(shutter_sky.last_x.xyz, direction),
+        dot(shutter_sky.last_y.xyz, direction),
+        dot(shutter_sky.last_z.xyz, direction)
+    );
+    return normalize(pose_between(direction, middle, last, share));
+}
+#endif

@@ -39,6 +39,23 @@ layout(set = 0, binding = 2) buffer DrawnRadianceBlock { vec4 drawn_radiance[]; 
 
 #include "traced.glsl"
 
+#ifdef ROLLING
+#define SHUTTER_BINDING 14
+#include "shutter.glsl"
+
+// A place (1 as its fourth value) or a direction (0) from the camera axes at a row to those at the first row, as the body moves between them.
+vec3 at_first(vec4 seen, float share) {
+    vec4 first = vec4(view.camera_from_body_x.w, view.camera_from_body_y.w, view.camera_from_body_z.w, 0.0);
+    vec3 middle = vec3(shutter.middle_x.w, shutter.middle_y.w, shutter.middle_z.w);
+    vec3 last = vec3(shutter.last_x.w, shutter.last_y.w, shutter.last_z.w);
+    vec3 moved = seen.xyz - seen.w * pose_between(first.xyz, middle, last, share);
+    vec3 x = pose_between(view.camera_from_body_x.xyz, shutter.middle_x.xyz, shutter.last_x.xyz, share);
+    vec3 y = pose_between(view.camera_from_body_y.xyz, shutter.middle_y.xyz, shutter.last_y.xyz, share);
+    vec3 z = pose_between(view.camera_from_body_z.xyz, shutter.middle_z.xyz, shutter.last_z.xyz, share);
+    return to_camera_axes(x * moved.x + y * moved.y + z * moved.z) + seen.w * first.xyz;
+}
+#endif
+
 #ifdef HELD
 #define KEPT
 #endif
@@ -71,7 +88,16 @@ Path begun(uvec2 place) {
     vec3 ray = vec3((clip - view.clip_offset) / view.clip_scale, 1.0);
     uint node = uint(abs(surface.w)) - 1u;
     uint side = surface.w < 0.0 ? 1u : 0u;
-    return path_from(around, trace_nodes[node], side, node, surface.xyz / depth, -normalize(ray), depth * ray);
+    vec3 normal = surface.xyz / depth;
+    vec3 to_camera = -normalize(ray);
+    vec3 at = depth * ray;
+#ifdef ROLLING
+    float share = share_of_ray(ray.xy);
+    normal = normalize(at_first(vec4(normal, 0.0), share));
+    to_camera = normalize(at_first(vec4(to_camera, 0.0), share));
+    at = at_first(vec4(at, 1.0), share);
+#endif
+    return path_from(around, trace_nodes[node], side, node, normal, to_camera, at);
 }
 #endif
 

@@ -67,7 +67,7 @@ pub use files::Reach;
 pub use gpu::error::GpuError;
 pub use lens::{Distortion, Lens};
 pub use model::ModelError;
-pub use scene::{Camera, CameraFrame, Motion, Scene, SceneError};
+pub use scene::{Camera, CameraFrame, Motion, MotionBlur, Scene, SceneError};
 pub use simulation::engine::EngineError;
 pub use simulation::facade::temperatures::PartTemperature;
 pub use simulation::facade::{Placement, Simulation};

@@ -63,7 +63,7 @@ use budget::{between_budgets, draw_budgets, node_budgets};
 pub(crate) use camera_pose::pose_of;
 pub use camera_pose::{moments, pose_at};
 use check::Check;
-use engine::{Delivered, Engine, EngineError, EngineStep, Order, RowMoments};
+use engine::{Delivered, Engine, EngineError, EngineStep, ImageMoments, Order};
 use forward::forward;
 use parts::Passing;
 use prepare::Prepared;
@@ -231,12 +231,12 @@ fn submit_part(
     let advance = load.as_ref().map(|load| EngineStep { load, steps, start, length: end - start });
     let joints = pose.map(|_| prepared.loads.joints_at(end).1).unwrap_or_default();
     let moments = moments(prepared, end, None);
-    let rows = moments.as_ref().filter(|_| pose.is_some()).map(|moments| RowMoments(moments));
+    let moments = moments.as_ref().filter(|_| pose.is_some()).map(|moments| ImageMoments(moments));
     let surroundings = pose.and_then(|pose| surroundings_at(prepared, end, &pose));
     let order = Order {
         pose,
         joints: &joints,
-        rows,
+        moments,
         keep,
         between: None,
         temperatures: ends,
@@ -385,12 +385,12 @@ pub(crate) fn submit_image(
     let pose = pose_of(prepared, time, Some(number));
     let joints = prepared.loads.joints_at(time).1;
     let moments = moments(prepared, time, Some(number));
-    let rows = moments.as_ref().map(|moments| RowMoments(moments));
+    let moments = moments.as_ref().map(|moments| ImageMoments(moments));
     let surroundings = pose.and_then(|pose| surroundings_at(prepared, time, &pose));
     let order = Order {
         pose,
         joints: &joints,
-        rows,
+        moments,
         between: Some(place.share(time)),
         surroundings,
         time,
@@ -427,9 +427,9 @@ pub fn still(
     let pose = pose_at(prepared, time);
     let joints = prepared.loads.joints_at(time).1;
     let moments = moments(prepared, time, None);
-    let rows = moments.as_ref().map(|moments| RowMoments(moments));
+    let moments = moments.as_ref().map(|moments| ImageMoments(moments));
     let surroundings = pose.and_then(|pose| surroundings_at(prepared, time, &pose));
-    engine.submit(None, Order { pose, joints: &joints, rows, surroundings, time, ..Order::default() })?;
+    engine.submit(None, Order { pose, joints: &joints, moments, surroundings, time, ..Order::default() })?;
     let delivered = engine.deliver()?;
     Ok(Some(StepResult { step: whole as u32, image: None, time, pose, delivered, budgets: None }))
 }

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 use isotherm::package::check_camera;
-use isotherm::{CameraFrame, Distortion, Lens, package};
+use isotherm::{CameraFrame, Distortion, Lens, MotionBlur, package};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -32,6 +32,10 @@ impl Camera {
         all.set_item("samples", self.0.samples)?;
         all.set_item("near", self.0.near)?;
         all.set_item("line_time", self.0.line_time)?;
+        if self.0.exposure.time > 0.0 {
+            all.set_item("exposure_time", self.0.exposure.time)?;
+            all.set_item("sub_frames", self.0.exposure.sub_frames)?;
+        }
         Ok(all)
     }
 
@@ -65,7 +69,7 @@ fn distortion(model: &str, numbers: &[f64]) -> PyResult<Distortion> {
 #[pymethods]
 impl Camera {
     #[new]
-    #[pyo3(signature = (width, height, *, fx, fy=None, cx=None, cy=None, skew=0.0, distortion=Vec::new(), distortion_model=BROWN_CONRADY, samples=4, near=0.1, line_time=0.0))]
+    #[pyo3(signature = (width, height, *, fx, fy=None, cx=None, cy=None, skew=0.0, distortion=Vec::new(), distortion_model=BROWN_CONRADY, samples=4, near=0.1, line_time=0.0, exposure_time=0.0, sub_frames=MotionBlur::USUAL))]
     #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
     fn new(
         py: Python<'_>,
@@ -81,15 +85,20 @@ impl Camera {
         samples: u32,
         near: f64,
         line_time: f64,
+        exposure_time: f64,
+        sub_frames: u32,
     ) -> PyResult<Self> {
         let centre = [cx.unwrap_or(f64::from(width) / 2.0), cy.unwrap_or(f64::from(height) / 2.0)];
         let distortion = self::distortion(distortion_model, &distortion)?;
+        let blurred = MotionBlur { time: exposure_time, sub_frames };
+        let exposure = if exposure_time == 0.0 { MotionBlur::default() } else { blurred };
         let camera = package::Camera {
             width,
             height,
             lens: Lens { focal: [fx, fy.unwrap_or(fx)], centre, skew, distortion },
             samples,
             line_time,
+            exposure,
             motion: isotherm::Motion::Still,
             frame: CameraFrame::Body,
             position: DVec3::ZERO,
@@ -186,6 +195,18 @@ impl Camera {
     #[getter]
     fn line_time(&self) -> f64 {
         self.0.line_time
+    }
+
+    /// How long a pixel collects light [s]; 0 for an instant.
+    #[getter]
+    fn exposure_time(&self) -> f64 {
+        self.0.exposure.time
+    }
+
+    /// Images whose mean stands for an exposure; 1 for an instant.
+    #[getter]
+    fn sub_frames(&self) -> u32 {
+        self.0.exposure.sub_frames
     }
 
     /// OpenCV's camera matrix, shape (3, 3). Its pixel centres are whole numbers, so it differs from cx and cy by half a pixel.

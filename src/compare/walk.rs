@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use crate::simulation::engine::{Engine, EngineError, EngineStep, Order, RowMoments};
+use crate::simulation::engine::{Engine, EngineError, EngineStep, ImageMoments, Order};
 use crate::simulation::image::Image;
 use crate::simulation::parts::Passing;
 use crate::simulation::prepare::Prepared;
@@ -69,10 +69,10 @@ pub(crate) fn draw(
     let joints = prepared.loads.joints_at(time).1;
     let pose = pose_at(prepared, time);
     let moments = moments(prepared, time, None);
-    let rows = moments.as_ref().map(|moments| RowMoments(moments));
+    let moments = moments.as_ref().map(|moments| ImageMoments(moments));
     let surroundings = pose.and_then(|pose| surroundings_at(prepared, time, &pose));
     let began = Instant::now();
-    engine.submit(None, Order { pose, joints: &joints, rows, surroundings, ..Order::default() })?;
+    engine.submit(None, Order { pose, joints: &joints, moments, surroundings, ..Order::default() })?;
     let pixels = engine.deliver()?.image;
     Ok((began.elapsed().as_secs_f64() * 1e3, pixels))
 }

@@ -138,7 +138,7 @@ pub(crate) fn face_of(faces: &[[u32; 2]; 3], hit: &Hit) -> u32 {
 }
 
 /// Where each ray of some patches ends, `rays` for each.
-pub fn cast_rays(
+pub(crate) fn cast_rays(
     surface: &PatchSurface,
     patches: &Patches,
     scenery: &Scenery,

@@ -6,7 +6,7 @@
 use super::effects::exchange::{self, Exchanged};
 use super::effects::heat::{self, HeatSections};
 use super::effects::image::runs::TriangleRun;
-use super::effects::image::sampling::Sampled;
+use super::effects::image::sampling::{Sampled, SubFrame};
 use super::effects::image::variant::RadianceVariant;
 use super::effects::image::{self, ImageRecipe};
 use super::effects::network::PlanConstants;
@@ -80,9 +80,13 @@ pub fn compose(recipe: &Recipe) -> Frame {
             thermal::between(&mut frame, ranges, share.unwrap_or(1.0));
         }
         image::make(&mut frame, image, shown, |frame, place, lit| {
-            traced::passes(frame, image.shows, place, lit, image.texels, shown);
+            let shutter = image.shutter();
+            traced::passes(frame, (image.shows, shutter), place, lit, image.texels, shown);
         });
-        image::read(&mut frame, image);
+        image::expose(&mut frame, image);
+        if image.sub_frame.is_none_or(SubFrame::is_last) {
+            image::read(&mut frame, image);
+        }
     }
     if recipe.temperatures {
         thermal::read(&mut frame);
@@ -108,13 +112,15 @@ pub struct Wanted {
     pub shows: RadianceVariant,
     /// Texels whose reflections of the craft itself are traced, where `shows` has them.
     pub texels: u32,
+    /// The sub-frame of an exposure that the image is.
+    pub sub_frame: Option<SubFrame>,
 }
 
 impl Wanted {
     /// What a frame with these outputs does, where `culled` are the triangles to cull before drawing.
     pub fn recipe(&self, culled: &[TriangleRun]) -> Recipe {
-        let Self { sampled, shows, texels, .. } = *self;
-        let image = self.image.then(|| ImageRecipe { sampled, shows, texels, culled: culled.to_vec() });
+        let Self { sampled, shows, texels, sub_frame, .. } = *self;
+        let image = self.image.then(|| ImageRecipe { sampled, shows, texels, sub_frame, culled: culled.to_vec() });
         Recipe { image, temperatures: self.temperatures, ..Recipe::default() }
     }
 }

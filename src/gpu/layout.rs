@@ -9,10 +9,11 @@ mod shadow;
 mod shared;
 mod step;
 
-pub use exchange::ExchangePass;
-pub(crate) use exchange::ExchangePatch;
+pub(crate) use exchange::{ExchangePass, ExchangePatch};
 pub use image::View;
-pub(crate) use image::{Band, Distant, DrawCommand, PlanetView, Reflector, Sampling, Shutter, Surroundings, Tracing};
+pub(crate) use image::{
+    Band, Distant, DrawCommand, PlanetView, Reflector, Sampling, Shutter, ShutterSky, Surroundings, Tracing,
+};
 pub(crate) use network::{HeaterStep, NetworkStage, NetworkStep};
 pub(crate) use sensor::Sensor;
 pub(crate) use shadow::{ShadowBox, ShadowTriangle, rows, shadow_tree};

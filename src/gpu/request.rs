@@ -1,5 +1,6 @@
 //! What a frame is asked for, and what it leaves.
 
+use super::effects::image::sampling::SubFrame;
 use super::layout;
 use super::pass::Frame;
 use crate::environment::StepLoad;
@@ -35,23 +36,24 @@ pub struct Request<'a> {
     /// frame. Without views, nothing is drawn.
     pub views: &'a [layout::View],
     /// The rolling shutter for each of the views. A view belongs to the first row. Empty if all rows see one pose.
-    pub shutters: &'a [layout::Shutter],
+    /// With them stands how the sky turns while the rows are taken, where pixels show it.
+    pub shutters: (&'a [layout::Shutter], Option<layout::ShutterSky>),
     /// Whether the host reads the temperatures of all nodes.
     pub temperatures: bool,
     /// Whether the host reads the heat that every run of nodes absorbs.
     pub absorbed: bool,
     /// Time of the image [s], for a sensor. Without it the sensor sees nothing.
     pub time: Option<f64>,
-    /// What surrounds the craft in the image. Without a value the image takes the value of the slot's last image.
-    pub surroundings: Option<layout::Surroundings>,
-    /// Lobes of all rough mirrors before the planet.
-    pub lobes: &'a [f32],
+    /// What surrounds the craft in the image, and the lobes of all rough mirrors before the planet. Without a value the image takes the value of the slot's last image.
+    pub surroundings: Option<(layout::Surroundings, &'a [f32])>,
     /// Axes of the map of a planet that is not uniform, and its means over the direction of a surface.
     pub planet: Option<(layout::PlanetView, &'a [f32])>,
     /// What reflections of the craft need. Without a value the image takes the value of the slot's last image.
     pub traced: Option<TracedTree<'a>>,
     /// How the crop of a craft that is far away is put into the pixels. The views then show the crop.
     pub distant: Option<layout::Distant>,
+    /// The sub-frame of an exposure that the image is.
+    pub sub_frame: Option<SubFrame>,
     /// Heaters of a network that the frame steps.
     pub heating: Option<Heating<'a>>,
     /// Whether the temperatures before the step are kept, for images between them and those after it.

@@ -6,7 +6,7 @@ use super::effects::heat::tables::{HeatOf, HeatTables};
 use super::effects::image::ImageRecipe;
 use super::effects::image::culling::Culling;
 use super::effects::image::runs::TriangleRun;
-use super::effects::image::sampling::{Distance, Sampled};
+use super::effects::image::sampling::{Distance, Sampled, SubFrame};
 use super::effects::image::variant::RadianceVariant;
 use super::effects::network::state::OnePass;
 use super::effects::sensor::state::ImageSensor;
@@ -129,7 +129,11 @@ impl SceneFrames {
         if views.is_empty() {
             (recipe.image, recipe.between) = (None, None);
         }
-        if let (Some(sensor), Some(time), true) = (&mut self.sensor, request.time, recipe.image.is_some()) {
+        let is_whole = request.sub_frame.is_none_or(SubFrame::is_last);
+        if let Some(image) = &mut recipe.image {
+            image.sub_frame = request.sub_frame;
+        }
+        if let (Some(sensor), Some(time), true) = (&mut self.sensor, request.time, recipe.image.is_some() && is_whole) {
             sensor.expose(time);
             recipe.sensor = Some(sensor.sensing());
         }
@@ -145,7 +149,7 @@ impl SceneFrames {
         between: Option<f32>,
     ) -> Recipe {
         Recipe {
-            image: Some(ImageRecipe { sampled, shows: self.shows, texels, culled }),
+            image: Some(ImageRecipe { sampled, shows: self.shows, texels, sub_frame: None, culled }),
             between: self.between.then(|| (self.ranges.clone(), between)),
             ..Recipe::default()
         }
@@ -218,6 +222,22 @@ impl SceneFrames {
         }
     }
 
+    /// The sub-frames of an exposure, where images are exposed.
+    fn exposed(&self) -> Vec<Frame> {
+        let Some(sampled) = self.sampled.filter(|sampled| sampled.exposed) else { return Vec::new() };
+        let is_far = sampled.distance == Distance::MayBeFar;
+        let sampled = std::iter::once((sampled, false)).chain(is_far.then(|| (sampled.far(), true)));
+        let of = |(sampled, is_far), number| {
+            let mut recipe = self.whole_image(Some(sampled), self.texels(is_far));
+            if let Some(image) = &mut recipe.image {
+                image.sub_frame = Some(SubFrame { number, count: 3 });
+            }
+            recipe.sensor = self.sensor.as_ref().filter(|_| number == 2).map(ImageSensor::sensing);
+            compose(&recipe)
+        };
+        sampled.flat_map(|sampled| (0..3).map(move |number| of(sampled, number))).collect()
+    }
+
     /// Frames with every pass that a run may record but fused ones, so that pipelines exist before it.
     pub(crate) fn every(&self) -> Vec<Frame> {
         let mut frames = vec![Frame::keep()];
@@ -233,6 +253,7 @@ impl SceneFrames {
         if let Some(sampled) = self.sampled.filter(|sampled| sampled.distance == Distance::MayBeFar) {
             frames.push(compose(&self.whole_image(Some(sampled.far()), self.texels(true))));
         }
+        frames.extend(self.exposed());
         frames
     }
 }

@@ -9,7 +9,7 @@ use glam::{DAffine3, DMat4, DQuat, DVec3};
 use super::OutputError;
 use super::frame::{FrameHeader, TEMPERATURE, TEMPERATURE_ERROR};
 use crate::lens::{Distortion, Lens};
-use crate::scene::{Camera, CameraFrame, Motion};
+use crate::scene::{Camera, CameraFrame, Motion, MotionBlur};
 use crate::simulation::image::Image;
 use crate::thermal::budget::CHANNELS;
 use crate::thermal::planck::Band;
@@ -20,6 +20,9 @@ const FROM_ORBIT: &str = "isotherm_camera_from_orbit";
 const FROM_INERTIAL: &str = "isotherm_camera_from_inertial";
 /// Names of the parameters of the uncertainty.
 const CAUSES: &str = "isotherm_causes";
+/// Length of an exposure [s], and its sub-frames.
+const EXPOSURE: &str = "isotherm_camera_exposure_s";
+const SUB_FRAMES: &str = "isotherm_camera_sub_frames";
 const LAST_ROW: &str = "isotherm_camera_from_body_last_row";
 /// Names of the bands.
 const BANDS: &str = "isotherm_bands";
@@ -137,6 +140,10 @@ fn camera_attributes(image: &Image, header: &FrameHeader) -> Vec<(&'static str, 
         ("isotherm_frame_from_camera_wxyz", string(&format!("{} {} {} {}", pose.w, pose.x, pose.y, pose.z))),
         ("isotherm_camera_from_body", matrix(&DMat4::from(image.camera_from_body))),
     ];
+    if camera.exposure.is_mean() {
+        all.push((EXPOSURE, AttributeValue::F64(camera.exposure.time)));
+        all.push((SUB_FRAMES, AttributeValue::I32(camera.exposure.sub_frames.cast_signed())));
+    }
     for (name, pose) in [
         (FROM_ORBIT, &header.camera_from_orbit),
         (FROM_INERTIAL, &header.camera_from_inertial),
@@ -303,6 +310,10 @@ impl Attributes<'_> {
             },
             samples: if self.has(samples) { self.integer(samples)? } else { 1 },
             line_time: or("isotherm_camera_line_time_s", 0.0)?,
+            exposure: MotionBlur {
+                time: or(EXPOSURE, 0.0)?,
+                sub_frames: if self.has(SUB_FRAMES) { self.integer(SUB_FRAMES)? } else { 1 },
+            },
             motion: Motion::Still,
             frame,
             position: DVec3::from_array(self.doubles("isotherm_camera_position_m")?),

@@ -190,6 +190,8 @@ pub(crate) struct FrameEntry {
     pub(crate) picture: Option<String>,
     /// Place of the camera in the body frame [m].
     pub(crate) camera_m: [f64; 3],
+    /// Angle between the camera's axis and the direction to the planet's centre [deg].
+    pub(crate) planet_off_axis_deg: Option<f64>,
 }
 
 impl FrameEntry {

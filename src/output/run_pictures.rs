@@ -1,5 +1,6 @@
 //! The pictures of a run, drawn from its EXR files after the last step.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::OutputError;
@@ -94,7 +95,7 @@ pub(super) fn draw_pictures(
         .map(|(index, one)| {
             let time = one.time(&scene.time);
             let exr = one.file("exr");
-            let (frame, _) = read_exr(&folder.file(&exr))?;
+            let (frame, header) = read_exr(&folder.file(&exr))?;
             let light = eclipses.at(time).map_or(String::new(), |name| format!(", {name}"));
             let name_of_frame = match one.image {
                 Some(image) => format!("image {image}, t = {} s", digits.finer(time)),
@@ -114,7 +115,16 @@ pub(super) fn draw_pictures(
             let tile = chosen(index).then(|| Tile::new(&frame, &scale, &caption, TILE_WIDTH)).transpose()?;
             drawn();
             let camera_m = frame.camera_from_body.inverse().translation.to_array();
-            let entry = FrameEntry { step: one.step, time_s: time, file: exr, picture: Some(file), camera_m };
+            // The Z axis of the orbit frame leads to the planet's centre.
+            let nadir = header.camera_from_orbit.map(|from_orbit| from_orbit.transform_vector3(DVec3::Z));
+            let entry = FrameEntry {
+                step: one.step,
+                time_s: time,
+                file: exr,
+                picture: Some(file),
+                camera_m,
+                planet_off_axis_deg: nadir.map(|nadir| nadir.angle_between(DVec3::Z).to_degrees()),
+            };
             Ok((entry, tile))
         })
         .collect::<Result<_, OutputError>>()?;

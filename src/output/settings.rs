@@ -3,7 +3,7 @@
 use super::report::SettingGroup;
 use crate::environment::{Attitude, Orbit};
 use crate::lens::{Distortion, Lens};
-use crate::scene::{Camera, Draw, Initial, Scene};
+use crate::scene::{Camera, Draw, Initial, MotionBlur, Scene};
 use crate::simulation::exchange::ExchangeCraft;
 use crate::simulation::prepare::Prepared;
 use crate::thermal::material::{Domain, Material, Profile, Response, Retarget, Sides};
@@ -221,6 +221,8 @@ pub(crate) fn lens_lines(camera: &Camera) -> Vec<(&'static str, String)> {
         Distortion::Fisheye(numbers) => Some(("distortion", format!("fisheye {numbers:?} (OpenCV's k1 k2 k3 k4)"))),
     });
     lines.extend((camera.samples > 1).then(|| ("samples", format!("{} of a pixel", camera.samples))));
+    let MotionBlur { time, sub_frames } = camera.exposure;
+    lines.extend((time > 0.0).then(|| ("exposure", format!("{time} s, the mean over {sub_frames} sub-frames"))));
     lines.extend((camera.line_time > 0.0).then(|| ("line time", format!("{} s from row to row", camera.line_time))));
     lines
 }

@@ -3,10 +3,15 @@
 use super::error::SceneError;
 use super::keys;
 use super::section::Section;
-use super::{Background, Camera, ImageFiles, Reflections, Surrounded};
+use super::{Camera, ImageFiles, Reflections, Surrounded};
 use crate::environment::Attitude;
 use crate::thermal::sensor::Sensor;
 use crate::thermal::sensor::spread::FINENESS;
+
+/// Whether the rays of reflections would meet a craft whose joints have moved since the first row.
+pub(crate) fn rays_follow_no_joints(surrounded: &Surrounded, camera: &Camera, jointed: bool) -> bool {
+    camera.line_time > 0.0 && jointed && surrounded.reflections == Reflections::Traced
+}
 
 /// Refuses surroundings that the images of a camera cannot show.
 pub(super) fn check_camera(
@@ -14,18 +19,14 @@ pub(super) fn check_camera(
     camera: &Camera,
     section: Option<&Section>,
     output: Option<&Section>,
+    jointed: bool,
 ) -> Result<(), SceneError> {
-    let keys = [
-        ("reflections", surrounded.reflections != Reflections::Off),
-        ("background", surrounded.background != Background::Off),
-    ];
-    let shown = keys.into_iter().find(|(_, shown)| *shown);
-    if camera.line_time > 0.0
-        && let (Some(section), Some((key, _))) = (section, shown)
+    if rays_follow_no_joints(surrounded, camera, jointed)
+        && let Some(section) = section
     {
-        let message = "cannot be combined with camera.line_time: each row of a rolling shutter sees its surroundings from \
-                       another pose, and that is not there yet";
-        return Err(section.clash(key, &["camera.line_time"], message));
+        let message = "'traced' cannot be combined with camera.line_time and [[joint]]: rays meet the craft as its joints \
+                       stand at the time of the image, and rows see them later";
+        return Err(section.clash("reflections", &["camera.line_time"], message));
     }
     if camera.samples > 1
         && surrounded.channels

@@ -162,7 +162,7 @@ macro_rules! camera_keys {
 camera_keys! {
     lens: "width" "height" "fov_deg" "focal_length" "pixel_pitch" "focal_px" "fx" "fy" "cx"
         "cy" "skew" "distortion" "distortion_model";
-    others: "samples" "line_time" "frame" "position" "look_at" "up" "quaternion" "path" "path_relative_to"
+    others: "samples" "line_time" "exposure_time" "sub_frames" "frame" "position" "look_at" "up" "quaternion" "path" "path_relative_to"
         "attitude" "object" "mount" "near";
 }
 

@@ -186,15 +186,14 @@ impl Scene {
     pub(crate) fn show_planet(&mut self) {
         let surrounded = &mut self.surrounded;
         let is_open = surrounded.is_unstated && surrounded.background == Background::Off;
-        let Some(camera) = self.camera.as_ref().filter(|_| is_open) else { return };
+        if self.camera.is_none() || !is_open {
+            return;
+        }
         let space = self.environment.background_temperature.unwrap_or(0.0);
         let kelvin = surrounded.planet_temperature;
         let told = if kelvin <= space {
             "No planet stands behind the craft (radiance.background is absent), because neither environment.planet_ir nor \
              radiance.planet_temperature tells how warm it is."
-                .to_owned()
-        } else if camera.line_time > 0.0 {
-            "No planet stands behind the craft (radiance.background is absent), because a rolling shutter (camera.line_time) can not show it."
                 .to_owned()
         } else {
             surrounded.background = Background::Planet;
@@ -384,9 +383,9 @@ fn check_camera(
 ) -> Result<(), SceneError> {
     let covered = camera.check_times(work::image_times(time));
     if let Some(section) = root.table("camera", keys::CAMERA)? {
-        section.blame("path", &["line_time", "time.*", "orbit.*"], covered)?;
+        section.blame("path", &["line_time", "exposure_time", "time.*", "orbit.*"], covered)?;
     }
-    combinations::check_camera(surrounded, camera, radiance, output)
+    combinations::check_camera(surrounded, camera, radiance, output, root.has("joint"))
 }
 
 #[cfg(test)]

@@ -67,6 +67,7 @@ mod view;
 pub(crate) mod work;
 
 pub(crate) use camera::{Poses, USUAL_SAMPLES, read_poses};
+pub(crate) use combinations::rays_follow_no_joints;
 pub use density::{Density, Edges};
 pub use error::SceneError;
 pub(crate) use fit_input::{FitInput, HoldOut, ImageRule, Loss, SensorPlace, SensorRule};
@@ -246,6 +247,8 @@ pub struct Camera {
     pub samples: u32,
     /// Time from a row to the next one below [s]. The first row sees the pose of the image's time. 0 if all rows do.
     pub line_time: f64,
+    /// How long a pixel collects light.
+    pub exposure: MotionBlur,
     /// How the pose changes with time.
     pub motion: Motion,
     /// The frame of the pose.
@@ -256,6 +259,43 @@ pub struct Camera {
     pub frame_from_camera: DQuat,
     /// Distance of the near plane [m].
     pub near: f64,
+}
+
+/// The interval in which a pixel collects light, with the image's time in its middle, and the sub-frames whose mean stands for it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionBlur {
+    /// Length [s]. 0 for an instant.
+    pub time: f64,
+    /// Number of sub-frames, odd. 1 for an instant.
+    pub sub_frames: u32,
+}
+
+impl Default for MotionBlur {
+    /// One instant.
+    fn default() -> Self {
+        Self { time: 0.0, sub_frames: 1 }
+    }
+}
+
+impl MotionBlur {
+    /// Longest time [s].
+    pub(crate) const LONGEST: f64 = 60.0;
+    /// Most sub-frames.
+    pub(crate) const MOST: u32 = 101;
+    /// Sub-frames of an exposure that states none.
+    pub const USUAL: u32 = 9;
+
+    /// Whether an image is the mean over sub-frames.
+    pub(crate) fn is_mean(&self) -> bool {
+        self.time > 0.0
+    }
+
+    /// Times of the sub-frames after the image's time [s]: 0, then the others by their distance from it.
+    pub(crate) fn offsets(&self) -> impl Iterator<Item = f64> + use<> {
+        let (each, half) = (self.time / f64::from(self.sub_frames), self.sub_frames / 2);
+        let beside = (1..=half).flat_map(move |number| [-each, each].map(|each| f64::from(number) * each));
+        std::iter::once(0.0).chain(beside)
+    }
 }
 
 impl Camera {

@@ -10,7 +10,7 @@ use super::listen::Server;
 use super::sessions::Session;
 use crate::host::check_session_memory;
 use crate::lens::Lens;
-use crate::scene::{Camera, CameraFrame, Motion, Scene, USUAL_SAMPLES};
+use crate::scene::{Camera, CameraFrame, Motion, MotionBlur, Scene, USUAL_SAMPLES};
 use crate::simulation::facade::Simulation;
 use crate::simulation::facade_error::SimulationError;
 use crate::simulation::image::Image;
@@ -167,6 +167,7 @@ impl ServedCraft {
             lens: Lens::pinhole(view.focal, [0.5 * f64::from(width), 0.5 * f64::from(height)]),
             samples: camera.map_or(USUAL_SAMPLES, |camera| camera.samples),
             line_time: camera.map_or(0.0, |camera| camera.line_time),
+            exposure: camera.map_or(MotionBlur::default(), |camera| camera.exposure),
             motion: Motion::Still,
             frame: CameraFrame::Body,
             position,

@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use super::engine::{Delivered, Engine, EngineError, EngineStep, Order, SurfaceState};
+use super::engine::{Delivered, Engine, EngineError, EngineStep, ImageMoments, InstantPoses, Order, SurfaceState};
 use super::engine_state::EngineState;
 use super::exchange_poses::RowsBetween;
 use super::image::{BandImage, BandImages, Image, RatioImage};
@@ -83,7 +83,13 @@ impl BandsEngine {
         for FurtherBand { prepared, engine } in &mut self.further {
             engine.show(temperatures)?;
             let surroundings = order.surroundings.map(|around| surroundings_in_band(prepared, around));
-            let of_image = Order { surroundings, temperatures: false, keep: false, between: None, ..*order };
+            let in_band = |later: f64| {
+                let moment = order.moments.map(|ImageMoments(moment)| moment(later)).unwrap_or_default();
+                let surroundings = moment.surroundings.map(|around| surroundings_in_band(prepared, around));
+                InstantPoses { surroundings, ..moment }
+            };
+            let moments = order.moments.map(|_| ImageMoments(&in_band));
+            let of_image = Order { surroundings, moments, temperatures: false, keep: false, between: None, ..*order };
             engine.submit(None, Order { absorbed: false, ..of_image })?;
             let drawn = engine.deliver()?.image;
             let counts = counts(&prepared.scene);

@@ -81,11 +81,12 @@ pub(super) fn draw_corners(
         let pixels = rasterise(&surface, view, |_| 0.0);
         pixels.iter().map(|pixel| Some((pixel.part.checked_sub(1)?, pixel.temperature))).collect::<Vec<_>>()
     };
-    match moments(prepared, image.time, number) {
+    let line_time = image.camera.line_time;
+    match moments(prepared, image.time, number).filter(|_| line_time > 0.0) {
         None => draw(&view, &poses),
         Some(moment) => (0..view.height)
             .flat_map(|row| {
-                let at = moment(f64::from(row));
+                let at = moment(f64::from(row) * line_time);
                 let camera_from_body = at.pose;
                 let mut of_row = RasterView { height: 1, camera_from_body, ..view };
                 of_row.lens.centre[1] -= f64::from(row);

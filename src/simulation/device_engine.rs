@@ -10,7 +10,7 @@ use camera::DeviceCamera;
 use frames::{Flying, Fourth, Frames};
 
 use super::device_data::{DeviceData, sensor_tables};
-use super::engine::{Delivered, Engine, EngineError, EngineStep, Order, SurfaceState};
+use super::engine::{Delivered, Engine, EngineError, EngineStep, ImageMoments, Order, SurfaceState};
 use super::engine_state::{DeviceEngineState, EngineState};
 use super::exchange_device::DeviceExchange;
 use super::exchange_poses::RowsBetween;
@@ -20,12 +20,13 @@ use super::prepare::Prepared;
 use super::surroundings::{Finishes, MappedPlanet};
 use crate::environment::StepLoad;
 use crate::gpu::context::Context;
+use crate::gpu::effects::image::sampling::SubFrame;
 use crate::gpu::error::GpuError;
 use crate::gpu::layout;
 use crate::gpu::plan::check_plan;
 use crate::gpu::renderer::{Heating, Renderer, Request};
 use crate::gpu::timing::PassTimes;
-use crate::scene::Camera;
+use crate::scene::{Camera, MotionBlur};
 use crate::thermal::misfit::{Misfit, part};
 use crate::trace::span;
 
@@ -89,6 +90,104 @@ impl DeviceEngine {
             Fourth::Nothing
         }
     }
+
+    /// Sends the frame of an order. A sub-frame of an exposure is told with the time of the whole image [s].
+    fn send(
+        &mut self,
+        step: Option<EngineStep<'_>>,
+        order: &Order<'_>,
+        exposed: Option<(SubFrame, f64)>,
+    ) -> Result<Flying, EngineError> {
+        self.steps += u64::from(step.is_some());
+        if let Some(step) = &step {
+            self.change_over(step.start)?;
+            self.follow_joints(step)?;
+        }
+        let (mut powers, mut heat) = (None, None);
+        let mut keep = order.keep;
+        match (&step, &self.network) {
+            (Some(step), Some(network)) if network.is_in_frames() => {
+                powers = Some((step.start, network.scene().heater_powers(step.start, step.length)));
+            }
+            (Some(step), Some(_)) => {
+                heat = self.step_network(step, order)?;
+                keep = false;
+            }
+            (Some(step), None) => {
+                if let Some(given) = self.given.clone() {
+                    self.take_given(&given, step.start + step.length, order.keep)?;
+                    keep = false;
+                }
+            }
+            _ => {}
+        }
+        let camera = self.camera.as_ref();
+        let (views, distant) = camera.map(|camera| camera.drawn(order)).unwrap_or_default();
+        let image = camera.and_then(|camera| camera.image(order));
+        let rolling_sky = camera.and_then(|camera| camera.rolling_sky(order));
+        let shutters = camera.map(|camera| camera.shutters(order)).unwrap_or_default();
+        if let Some(around) = &order.surroundings {
+            self.finishes.look_at(around);
+            if let Some(map) = self.finishes.planet.as_mut().and_then(MappedPlanet::take_new_map) {
+                self.take_planet_map(&map)?;
+            }
+        }
+        if let Some(traced) = self.finishes.traced.as_mut().filter(|_| order.pose.is_some()) {
+            traced.follow(order.joints);
+        }
+        let finishes = &mut self.finishes;
+        let lobes = order.surroundings.map_or(&[][..], |around| finishes.lobes.values_before(around.planet));
+        let planet = order.surroundings.zip(finishes.planet.as_ref()).and_then(|(around, planet)| planet.told(&around));
+        let submitted = self.renderer.submit(Request {
+            step: step.map(|step| (step.load, step.steps)),
+            views: &views,
+            shutters: (&shutters, rolling_sky),
+            temperatures: order.temperatures,
+            absorbed: order.absorbed,
+            time: Some(exposed.map_or(order.time, |(_, time)| time)),
+            surroundings: order.surroundings.as_ref().map(|around| (layout::Surroundings::new(around), lobes)),
+            planet,
+            traced: order.pose.as_ref().and(finishes.traced.as_ref()).map(|traced| traced.told(order.time)),
+            distant,
+            heating: powers.as_ref().map(|(start, powers)| Heating { start: *start, powers }),
+            keep,
+            between: order.between.map(|share| share as f32),
+            sub_frame: exposed.map(|(sub_frame, _)| sub_frame),
+            list: None,
+        })?;
+        Ok(Flying { submitted, image, heat })
+    }
+
+    /// Takes the step of an order, then draws the sub-frames of its exposure one after another. The result is ready at once.
+    fn expose(
+        &mut self,
+        step: Option<EngineStep<'_>>,
+        order: &Order<'_>,
+        exposure: MotionBlur,
+        ImageMoments(moment): ImageMoments<'_>,
+    ) -> Result<(), EngineError> {
+        let fourth = self.fourth();
+        self.frames.end(&mut self.renderer, fourth)?;
+        let mut delivered = Delivered::default();
+        if step.is_some() || order.temperatures {
+            let stepped = self.send(step, &Order { pose: None, moments: None, surroundings: None, ..*order }, None)?;
+            delivered = self.frames.collect(&mut self.renderer, stepped, fourth)?;
+            self.take_switches()?;
+        }
+        let mut last = None;
+        for (number, offset) in (0..).zip(exposure.offsets()) {
+            let (instant, later) = (moment(offset), |later: f64| moment(offset + later));
+            let sub_frame = SubFrame { number, count: exposure.sub_frames };
+            let drawn = order.sub_frame(offset, &instant, ImageMoments(&later));
+            last = Some(self.send(None, &drawn, Some((sub_frame, order.time)))?);
+        }
+        if let Some(last) = last {
+            let image = self.camera.as_ref().and_then(|camera| camera.image(order));
+            delivered.image = self.frames.collect(&mut self.renderer, Flying { image, ..last }, fourth)?.image;
+        }
+        self.frames.keep(delivered);
+        Ok(())
+    }
 }
 
 impl Engine for DeviceEngine {
@@ -122,64 +221,13 @@ impl Engine for DeviceEngine {
     }
 
     fn submit(&mut self, step: Option<EngineStep<'_>>, order: Order<'_>) -> Result<(), EngineError> {
-        self.steps += u64::from(step.is_some());
-        if let Some(step) = &step {
-            self.change_over(step.start)?;
-            self.follow_joints(step)?;
-        }
-        let (mut powers, mut heat) = (None, None);
-        let mut keep = order.keep;
-        match (&step, &self.network) {
-            (Some(step), Some(network)) if network.is_in_frames() => {
-                powers = Some((step.start, network.scene().heater_powers(step.start, step.length)));
-            }
-            (Some(step), Some(_)) => {
-                heat = self.step_network(step, &order)?;
-                keep = false;
-            }
-            (Some(step), None) => {
-                if let Some(given) = self.given.clone() {
-                    self.take_given(&given, step.start + step.length, order.keep)?;
-                    keep = false;
-                }
-            }
-            _ => {}
-        }
-        let camera = self.camera.as_ref();
-        let (views, distant) = camera.map(|camera| camera.drawn(&order)).unwrap_or_default();
-        let image = camera.and_then(|camera| camera.image(&order));
-        let shutters = camera.map(|camera| camera.shutters(&order)).unwrap_or_default();
-        if let Some(around) = &order.surroundings {
-            self.finishes.look_at(around);
-            if let Some(map) = self.finishes.planet.as_mut().and_then(MappedPlanet::take_new_map) {
-                self.take_planet_map(&map)?;
-            }
-        }
-        if let Some(traced) = self.finishes.traced.as_mut().filter(|_| order.pose.is_some()) {
-            traced.follow(order.joints);
-        }
-        let finishes = &mut self.finishes;
-        let lobes = order.surroundings.map_or(&[][..], |around| finishes.lobes.values_before(around.planet));
-        let planet = order.surroundings.zip(finishes.planet.as_ref()).and_then(|(around, planet)| planet.told(&around));
-        let submitted = self.renderer.submit(Request {
-            step: step.map(|step| (step.load, step.steps)),
-            views: &views,
-            shutters: &shutters,
-            temperatures: order.temperatures,
-            absorbed: order.absorbed,
-            time: Some(order.time),
-            surroundings: order.surroundings.as_ref().map(layout::Surroundings::new),
-            lobes,
-            planet,
-            traced: order.pose.as_ref().and(finishes.traced.as_ref()).map(|traced| traced.told(order.time)),
-            distant,
-            heating: powers.as_ref().map(|(start, powers)| Heating { start: *start, powers }),
-            keep,
-            between: order.between.map(|share| share as f32),
-            list: None,
-        })?;
-        self.frames.push(Flying { submitted, image, heat });
-        Ok(())
+        let exposure = self.camera.as_ref().and_then(DeviceCamera::exposure).filter(|_| order.pose.is_some());
+        let Some((exposure, moments)) = exposure.zip(order.moments) else {
+            let flying = self.send(step, &order, None)?;
+            self.frames.push(flying);
+            return Ok(());
+        };
+        self.expose(step, &order, exposure, moments)
     }
 
     fn deliver(&mut self) -> Result<Delivered, EngineError> {

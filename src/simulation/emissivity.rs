@@ -66,11 +66,6 @@ fn check(scene: &Scene, materials: &[Material]) -> Result<Vec<String>, PrepareEr
 }
 
 fn check_face(scene: &Scene, law: &BandEmissivity, thermal: f64, name: &str) -> Result<Option<String>, String> {
-    if scene.camera.as_ref().is_some_and(|camera| camera.line_time > 0.0) {
-        return Err(
-            "emissivity_by_angle and emissivity_by_wavelength cannot be combined with camera.line_time".to_owned()
-        );
-    }
     if let Some(by_wavelength) = law.by_wavelength.as_ref().filter(|law| !law.covers(scene.band)) {
         let ends = [by_wavelength.points.first(), by_wavelength.points.last()];
         let [first, last] = ends.map(|point| point.map_or(0.0, |point| (point[0] * 1e10).round() / 1e4));

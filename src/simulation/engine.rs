@@ -1,6 +1,6 @@
 //! The interface of an engine: it takes steps and returns images and temperatures.
 
-use glam::DAffine3;
+use glam::{DAffine3, DMat3};
 
 pub use super::engine_error::EngineError;
 use super::engine_state::EngineState;
@@ -35,15 +35,19 @@ pub struct InstantPoses {
     pub pose: DAffine3,
     /// Poses of the body and of the joints. Empty where nothing moves.
     pub(crate) joints: Vec<DAffine3>,
+    /// What surrounds the craft, in the axes of the camera. `None` where no pixel shows it.
+    pub(crate) surroundings: Option<Surroundings>,
+    /// Rotates vectors of the orbit frame into the axes of the camera.
+    pub(crate) camera_from_orbit: DMat3,
 }
 
-/// The moment at which a row of an image is taken. Rows are counted from 0 at the top.
+/// The moments of an image that is not taken in one instant. The function takes a time after the image's [s].
 #[derive(Clone, Copy)]
-pub struct RowMoments<'a>(pub &'a dyn Fn(f64) -> InstantPoses);
+pub struct ImageMoments<'a>(pub &'a dyn Fn(f64) -> InstantPoses);
 
-impl std::fmt::Debug for RowMoments<'_> {
+impl std::fmt::Debug for ImageMoments<'_> {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        out.write_str("Rows")
+        out.write_str("Moments")
     }
 }
 
@@ -58,8 +62,8 @@ pub struct Order<'a> {
     pub keep: bool,
     /// Share of the last step that has passed at the image's time, in a scene whose images have their own times.
     pub between: Option<f64>,
-    /// Moments of the rows with a rolling shutter. `None` if all rows see one pose.
-    pub rows: Option<RowMoments<'a>>,
+    /// Moments of the rows with a rolling shutter, and of the sub-frames of an exposure. `None` if the image is of one instant.
+    pub moments: Option<ImageMoments<'a>>,
     /// Whether all temperatures are needed.
     pub temperatures: bool,
     /// Whether the absorbed heat is needed.
@@ -77,6 +81,19 @@ impl Order<'_> {
     pub(crate) fn image_of(&self, camera: &Camera) -> Option<Image> {
         let camera = camera.at(self.time, self.number).unwrap_or_else(|_| camera.clone());
         Some(Image::blank(camera, self.pose?, self.time))
+    }
+
+    /// The order of a sub-frame, which is taken so long after the image [s]. `instant` is the moment there, and `moments` gives later ones.
+    pub(crate) fn sub_frame<'b>(&self, offset: f64, instant: &'b InstantPoses, moments: ImageMoments<'b>) -> Order<'b> {
+        Order {
+            pose: Some(instant.pose),
+            joints: &instant.joints,
+            moments: Some(moments),
+            surroundings: instant.surroundings,
+            time: self.time + offset,
+            between: self.between,
+            ..Order::default()
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 
 use crate::environment::pose_path::look;
 use crate::lens::LensError;
-use crate::scene::{Camera, CameraFrame, Motion};
+use crate::scene::{Camera, CameraFrame, Motion, MotionBlur};
 
 /// Pose of a camera for one image.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -130,6 +130,13 @@ pub fn check_camera(camera: &Camera) -> Result<(), CameraError> {
     if !(0.0..=1.0).contains(&camera.line_time) {
         return out("line_time", "0 to 1 s", camera.line_time.to_string());
     }
+    let MotionBlur { time, sub_frames } = camera.exposure;
+    if !(0.0..=MotionBlur::LONGEST).contains(&time) {
+        return out("exposure_time", "0 to 60 s", time.to_string());
+    }
+    if !(1..=MotionBlur::MOST).contains(&sub_frames) || sub_frames.is_multiple_of(2) {
+        return out("sub_frames", "odd, 1 to 101", sub_frames.to_string());
+    }
     if !lens.is_pinhole() {
         lens.field([camera.width, camera.height])?;
     }
@@ -138,7 +145,7 @@ pub fn check_camera(camera: &Camera) -> Result<(), CameraError> {
 
 /// Whether the resources for the image of one camera also serve another. `any_lens` says that nothing but the projection depends on the lens.
 pub(crate) fn draws_alike(one: &Camera, other: &Camera, any_lens: bool) -> bool {
-    let image = |camera: &Camera| (camera.width, camera.height, camera.samples, camera.line_time);
+    let image = |camera: &Camera| (camera.width, camera.height, camera.samples, camera.line_time, camera.exposure);
     let lens = one.lens == other.lens || (any_lens && one.lens.is_pinhole() && other.lens.is_pinhole());
     image(one) == image(other) && lens
 }

@@ -29,14 +29,15 @@ const MOST_TEXELS: f64 = (1 << 23) as f64;
 pub fn sampling(camera: &Camera, counts: u32, distant: bool, fine: bool) -> Option<Sampling> {
     let (samples, counts) = if fine { ((FINENESS * FINENESS) as u32, 1) } else { (camera.samples, counts) };
     let size = [camera.width, camera.height];
-    let shutter = shutter(camera);
+    let (shutter, exposed) = (shutter(camera), camera.exposure.is_mean());
     if camera.lens.is_pinhole() {
         let lookups = [FINENESS as u32; 2];
         let mean = fine.then(|| Mean { size: [0, 1].map(|axis| size[axis] * lookups[axis]), lookups, each: 1 });
         let gathered = if fine { 1 } else { samples };
         let Lens { focal, centre, .. } = camera.lens;
-        let sampling = Sampling { drawn: size, focal, centre, map: Vec::new(), mean, gathered, shutter, distant, fine };
-        return (fine || gathered > 1 || shutter.is_some() || distant).then_some(sampling);
+        let map = Vec::new();
+        let sampling = Sampling { drawn: size, focal, centre, map, mean, gathered, shutter, distant, fine, exposed };
+        return (fine || gathered > 1 || shutter.is_some() || distant || exposed).then_some(sampling);
     }
     let (lookups, each) = split(samples, samples / (FINER * FINER), counts);
     // A scene is refused where its lens has no field.
@@ -51,7 +52,7 @@ pub fn sampling(camera: &Camera, counts: u32, distant: bool, fine: bool) -> Opti
     let place = |ray: DVec2| [0, 1].map(|axis| (ray[axis] * focal[axis] + centre[axis]) as f32);
     let map = corners(&camera.lens, size).into_iter().map(place).collect();
     let mean = (samples > 1).then_some(Mean { size: drawn, lookups, each });
-    Some(Sampling { drawn, focal, centre, map, mean, gathered: 1, shutter, distant: false, fine })
+    Some(Sampling { drawn, focal, centre, map, mean, gathered: 1, shutter, distant: false, fine, exposed })
 }
 
 /// Lookups along each side of a pixel, and samples of a texel: at most `most`, and a number that the device has.

@@ -105,6 +105,7 @@ fn is_shaded(prepared: &Prepared) -> bool {
     let scene = &prepared.scene;
     scene.surrounded.reflections == Reflections::Environment
         && scene.shadows.is_some()
+        && !(prepared.joints() > 1 && scene.camera.as_ref().is_some_and(|camera| camera.line_time > 0.0))
         && scene.environment.solar_constant.is_some()
         && scene.band.lower < SUNNY
         && tree_boxes(prepared.triangles.len()) <= LARGEST_REFLECTED

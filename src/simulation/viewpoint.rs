@@ -61,6 +61,12 @@ pub(crate) fn rolling(shutter: &layout::Shutter, middle: &DAffine3, last: &DAffi
     layout::Shutter { middle_x, middle_y, middle_z, last_x, last_y, last_z, ..*shutter }
 }
 
+/// The rotations of directions in the sky from the axes at the middle and at the last row to those at the first.
+pub(crate) fn rolling_sky(turns: [DMat3; 2]) -> layout::ShutterSky {
+    let [[middle_x, middle_y, middle_z], [last_x, last_y, last_z]] = turns.map(|turn| rows(&DAffine3::from_mat3(turn)));
+    layout::ShutterSky { middle_x, middle_y, middle_z, last_x, last_y, last_z }
+}
+
 /// The rows of a pose.
 fn rows(pose: &DAffine3) -> [[f32; 4]; 3] {
     [0, 1, 2].map(|i| {

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use crate::lens::Lens;
-use crate::scene::{Camera, CameraFrame, Motion};
+use crate::scene::{Camera, CameraFrame, Motion, MotionBlur};
 use crate::simulation::facade_error::SimulationError;
 use crate::simulation::pose::Pose;
 use crate::simulation::prepare::Prepared;
@@ -61,6 +61,7 @@ fn plain([width, height]: [u32; 2]) -> Camera {
         lens: Lens::pinhole([focal; 2], [f64::from(width) / 2.0, f64::from(height) / 2.0]),
         samples: 1,
         line_time: 0.0,
+        exposure: MotionBlur::default(),
         motion: Motion::Still,
         frame: CameraFrame::Body,
         position: DVec3::new(0.0, 0.0, -10.0),
@@ -95,7 +96,7 @@ impl PageCamera {
             Self::At { position, target, up } => {
                 let pose = Pose::look_at(CameraFrame::Body, position, target, up)?;
                 let near = camera.near.min(NEAR_SHARE * position.distance(target));
-                Ok((Camera { near, line_time: 0.0, ..camera.clone() }, pose))
+                Ok((Camera { near, line_time: 0.0, exposure: MotionBlur::default(), ..camera.clone() }, pose))
             }
         }
     }

@@ -134,6 +134,7 @@ fn without_culling_is_the_same(samples: u32) {
         rows: camera.height,
         distance: Distance::Near,
         fine: false,
+        exposed: false,
     });
     let culled = |cull| Frame::step(&[], Wanted { image: true, cull, sampled, ..Wanted::default() });
     // The same list with a copy of all triangles instead of culling.

@@ -255,11 +255,6 @@ fn what_cannot_be_is_refused_when_the_scene_is_prepared() {
               emissivity_by_wavelength = { wavelength_um = [8, 14], emissivity = [0.6, 0.6] }"),
         "material 'skin': emissivity_by_angle and emissivity_by_wavelength together exceed 1",
     );
-    refused(
-        &law("emissivity_by_angle = { law = 'fresnel', n = 1.5, k = 0 }")
-            .replace("fov_deg = 45", "fov_deg = 45\nline_time = 1e-4"),
-        "cannot be combined with camera.line_time",
-    );
     let shown = |planet: &str| shining(&[("background = \"planet\"", &format!("background = \"planet\"\n{planet}"))]);
     refused(&shown(&map("scale = -3, offset = 100")), "radiance.planet_map.file: ");
     refused(&shown("planet_map = { file = 'made.glb' }"), "is neither a PNG nor an EXR that can be read");

@@ -3,7 +3,7 @@
 use isotherm::internals;
 use isotherm::internals::{
     Curve, Distance, Frame, HeatOf, LightBy, ListEntry, RadianceVariant, Recipe, RowOf, Sampled, StepKind, StepRange,
-    ThermalVariant, TriangleRun, Wanted, compose,
+    SubFrame, ThermalVariant, TriangleRun, Wanted, compose,
 };
 
 use super::hazard::{HazardKind, barrier_count, derive, hazards, unread_by_host, without_barrier};
@@ -49,12 +49,27 @@ fn lit_by_rays(range: StepRange) -> StepRange {
     StepRange { variant: ThermalVariant { light: LightBy::Rays, ..range.variant }, ..range }
 }
 
-const DRAWN: Wanted =
-    Wanted { image: true, sampled: None, cull: 100, temperatures: true, shows: RadianceVariant::PLAIN, texels: 0 };
+const DRAWN: Wanted = Wanted {
+    image: true,
+    sampled: None,
+    cull: 100,
+    temperatures: true,
+    shows: RadianceVariant::PLAIN,
+    texels: 0,
+    sub_frame: None,
+};
 
 /// An image that is simply drawn.
-const ONE: Sampled =
-    Sampled { lens: false, mean: None, gathered: 1, shutter: None, rows: 60, distance: Distance::Near, fine: false };
+const ONE: Sampled = Sampled {
+    lens: false,
+    mean: None,
+    gathered: 1,
+    shutter: None,
+    rows: 60,
+    distance: Distance::Near,
+    fine: false,
+    exposed: false,
+};
 
 fn wanted() -> Vec<Wanted> {
     let mut all = Vec::new();
@@ -78,6 +93,13 @@ fn wanted() -> Vec<Wanted> {
     for distance in [Distance::MayBeFar, Distance::Far] {
         let sampled = Some(Sampled { distance, ..ONE });
         all.push(Wanted { image: true, sampled, cull: 100, ..Wanted::default() });
+    }
+    for (number, mean) in [(0, None), (1, Some(1)), (2, None), (2, Some(1))] {
+        let sub_frame = Some(SubFrame { number, count: 3 });
+        // A sensor waits for the texels of the last one.
+        let fine = mean.is_some() && number < 2;
+        let sampled = Some(Sampled { mean, fine, exposed: true, ..ONE });
+        all.push(Wanted { image: true, sampled, sub_frame, cull: 100, ..Wanted::default() });
     }
     // Everything that an image may show.
     let shows = RadianceVariant {

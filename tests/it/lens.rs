@@ -2,8 +2,8 @@
 
 use glam::{DAffine3, DMat4, DVec3};
 use isotherm::internals::{
-    Camera, Delivered, DeviceEngine, Engine, EngineOrder as Order, FrameMaker, Prepared, ReferenceEngine, Response,
-    Rolling, RowMoments, Sides, StepResult, band_radiance_exact, moments, pose_at, raster_view, read_exr, sampling,
+    Camera, Delivered, DeviceEngine, Engine, EngineOrder as Order, FrameMaker, ImageMoments, Prepared, ReferenceEngine,
+    Response, Rolling, Sides, StepResult, band_radiance_exact, moments, pose_at, raster_view, read_exr, sampling,
     start, write_exr,
 };
 use isotherm::{Distortion, Image, Lens, internals};
@@ -304,8 +304,8 @@ fn drawn(prepared: &Prepared, engine: &mut dyn Engine) -> Image {
     start(prepared, engine, None, &never(), &mut || ()).expect("a start");
     let joints = prepared.loads.joints_at(0.0).1;
     let moments = moments(prepared, 0.0, None);
-    let rows = moments.as_ref().map(|moments| RowMoments(moments));
-    let order = Order { pose: pose_at(prepared, 0.0), joints: &joints, rows, ..Order::default() };
+    let moments = moments.as_ref().map(|moments| ImageMoments(moments));
+    let order = Order { pose: pose_at(prepared, 0.0), joints: &joints, moments, ..Order::default() };
     engine.submit(None, order).expect("a drawing");
     engine.deliver().expect("an image").image.expect("an image")
 }
@@ -316,7 +316,7 @@ fn by_twin(prepared: &Prepared, slower: f64) -> Vec<internals::Pixel> {
     let moment = moments(prepared, 0.0, None).expect("a rolling shutter");
     let last = f64::from(camera.height - 1);
     let rolling = Rolling {
-        poses: [0.0, 0.5 * last, last].map(|row| moment(row / slower).pose),
+        poses: [0.0, 0.5 * last, last].map(|row| moment(row * camera.line_time / slower).pose),
         lens: camera.lens,
         field: camera.lens.field([camera.width, camera.height]).ok(),
         rows: camera.height,

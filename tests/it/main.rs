@@ -25,6 +25,7 @@ mod emissivities;
 mod energy;
 mod exchange;
 mod expansion;
+mod exposure;
 mod facade;
 mod facade_sensor;
 mod face;

@@ -152,6 +152,7 @@ pub fn camera(width: u32, height: u32, focal: f64) -> Camera {
         lens: Lens::pinhole([focal, focal], [0.5 * f64::from(width), 0.5 * f64::from(height)]),
         samples: 1,
         line_time: 0.0,
+        exposure: isotherm::MotionBlur::default(),
         motion: Motion::Still,
         frame: CameraFrame::Body,
         position: DVec3::ZERO,

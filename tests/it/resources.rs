@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use isotherm::internals;
 use isotherm::internals::{
     Distance, Exchanged, Frame, HeatOf, RadianceVariant, Recipe, Role, RowOf, Sampled, Sensing, SensorVariant, Shader,
-    StepKind, StepRange, ThermalVariant, TriangleRun, Vignette, Wanted, compose, module,
+    StepKind, StepRange, SubFrame, ThermalVariant, TriangleRun, Vignette, Wanted, compose, module,
 };
 
 use crate::hazards::absorbed_heat;
@@ -28,6 +28,7 @@ fn sensed(variant: SensorVariant) -> Frame {
         rows: 9,
         distance: Distance::Near,
         fine: true,
+        exposed: false,
     };
     let drawn = Wanted { image: true, sampled: Some(fine).filter(|_| variant.spread), ..Wanted::default() };
     let sensor = Some(Sensing { variant, groups: 64, cells: 64 });
@@ -67,7 +68,16 @@ pub fn radiance_variants() -> Vec<RadianceVariant> {
 pub fn all_lists() -> Vec<Frame> {
     let drawn = Wanted { image: true, cull: 9, temperatures: true, ..Wanted::default() };
     let sampled = |mean, lens, shutter| Wanted {
-        sampled: Some(Sampled { mean, lens, gathered: 1, shutter, rows: 9, distance: Distance::Near, fine: false }),
+        sampled: Some(Sampled {
+            mean,
+            lens,
+            gathered: 1,
+            shutter,
+            rows: 9,
+            distance: Distance::Near,
+            fine: false,
+            exposed: false,
+        }),
         ..drawn
     };
     let of_images = [
@@ -88,8 +98,16 @@ pub fn all_lists() -> Vec<Frame> {
     }
     let shown = |shows| Frame::step(&[], Wanted { image: true, shows, texels: 9, ..Wanted::default() });
     all.extend(radiance_variants().into_iter().map(shown));
-    let far =
-        Sampled { mean: None, lens: false, gathered: 1, shutter: None, rows: 9, distance: Distance::Far, fine: false };
+    let far = Sampled {
+        mean: None,
+        lens: false,
+        gathered: 1,
+        shutter: None,
+        rows: 9,
+        distance: Distance::Far,
+        fine: false,
+        exposed: false,
+    };
     let of_far =
         |shows| Frame::step(&[], Wanted { image: true, shows, texels: 9, sampled: Some(far), ..Wanted::default() });
     all.extend(radiance_variants().into_iter().map(of_far));
@@ -100,6 +118,14 @@ pub fn all_lists() -> Vec<Frame> {
         let variants = radiance_variants().into_iter().filter(|shows| !shows.apart);
         all.extend(variants.map(|shows| Frame::step(&[], wanted(shows))));
     }
+    let sampled_fine = Some(Sampled { fine: true, exposed: true, ..fine });
+    all.extend((0..3).map(|number| {
+        let sub_frame = Some(SubFrame { number, count: 3 });
+        Frame::step(&[], Wanted { image: true, sampled: sampled_fine, sub_frame, ..Wanted::default() })
+    }));
+    let rolling = Some(Sampled { shutter: Some(RowOf::Pinhole), gathered: 4, mean: None, ..fine });
+    let variants = radiance_variants().into_iter().filter(|shows| !shows.apart);
+    all.extend(variants.map(|shows| Frame::step(&[], Wanted { shows, texels: 9, sampled: rolling, ..drawn })));
     let of_mean = |shows| Frame::step(&[], Wanted { shows, texels: 9, ..sampled(Some(4), false, None) });
     all.extend(radiance_variants().into_iter().filter(|shows| !shows.apart).map(of_mean));
     let gathered = Some(Sampled { gathered: 4, mean: None, ..fine });

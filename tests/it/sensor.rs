@@ -291,7 +291,16 @@ fn each_barrier_of_the_sensor_is_needed() {
     // A point spread reads the texels of an image that is computed.
     let images = |variant: &SensorVariant| {
         let of = |lens: bool, mean: Option<u32>, distance: Distance| Wanted {
-            sampled: Some(Sampled { lens, mean, gathered: 1, shutter: None, rows: 60, distance, fine: variant.spread }),
+            sampled: Some(Sampled {
+                lens,
+                mean,
+                gathered: 1,
+                shutter: None,
+                rows: 60,
+                distance,
+                fine: variant.spread,
+                exposed: false,
+            }),
             ..drawn
         };
         let far = of(false, None, Distance::Far);

@@ -59,6 +59,7 @@ fn all_shaders() -> Vec<Shader> {
                 rows: 9,
                 distance: Distance::Near,
                 fine: false,
+                exposed: false,
             });
             let frame = Frame::step(&[], Wanted { image: true, cull: 9, sampled, ..Wanted::default() });
             all.extend(frame.passes().flat_map(|pass| pass.shaders().into_iter().cloned().collect::<Vec<_>>()));

@@ -22,6 +22,7 @@ const WANTED: Wanted = Wanted {
     temperatures: true,
     shows: isotherm::internals::RadianceVariant::PLAIN,
     texels: 0,
+    sub_frame: None,
 };
 
 fn range() -> StepRange {

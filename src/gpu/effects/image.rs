@@ -10,12 +10,12 @@ use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 
 pub(crate) use self::resources::RESOURCES;
 use self::resources::{
-    CRINKLED_X, CRINKLED_Y, CRINKLED_Z, DEPTH_IMAGE, DRAWN_IDENTITY, DRAWN_RADIANCE, DRAWS, IDENTITY_IMAGE,
-    IDENTITY_READBACK, IMAGE_IDENTITY, IMAGE_RADIANCE, MEAN, MEAN_DEPTH_IMAGE, MEAN_IMAGE, MULTI_IMAGE, RADIANCE_IMAGE,
-    RADIANCE_READBACK, VISIBLE_TRIANGLES,
+    CRINKLED_X, CRINKLED_Y, CRINKLED_Z, DEPTH_IMAGE, DRAWN_IDENTITY, DRAWN_RADIANCE, DRAWS, EXPOSED_FINE,
+    EXPOSED_IDENTITY, EXPOSED_RADIANCE, IDENTITY_IMAGE, IDENTITY_READBACK, IMAGE_IDENTITY, IMAGE_RADIANCE, MEAN,
+    MEAN_DEPTH_IMAGE, MEAN_IMAGE, MULTI_IMAGE, RADIANCE_IMAGE, RADIANCE_READBACK, VISIBLE_TRIANGLES,
 };
 use self::runs::{TRIANGLES_A_DRAW, TriangleRun};
-use self::sampling::{Distance, RowOf, Sampled};
+use self::sampling::{Distance, RowOf, Sampled, SubFrame};
 use self::variant::RadianceVariant;
 use super::sensor::FINE;
 use super::thermal::NODE_READ;
@@ -37,6 +37,8 @@ pub struct ImageRecipe {
     pub(crate) shows: RadianceVariant,
     /// Texels whose reflections of the craft itself are traced, where `shows` has them.
     pub(crate) texels: u32,
+    /// The sub-frame of an exposure that it is, if it is one.
+    pub(crate) sub_frame: Option<SubFrame>,
     /// Triangles to cull before each draw. Empty if the view of the craft has not changed since the last image.
     pub(crate) culled: Vec<TriangleRun>,
 }
@@ -48,7 +50,7 @@ impl ImageRecipe {
     }
 
     /// How a point finds its row with a rolling shutter.
-    fn shutter(&self) -> Option<RowOf> {
+    pub(crate) fn shutter(&self) -> Option<RowOf> {
         self.sampled.and_then(|sampled| sampled.shutter)
     }
 
@@ -199,7 +201,9 @@ fn compute(
         frame.wait(waits);
         return;
     };
-    let [before, after] = if number == 0 { [COPIED, COMPUTE_WRITE] } else { [COMPUTE_WRITE, COMPUTE] };
+    // A copy, or a sub-frame of an exposure, may still read the last image.
+    let read = scope(S::COMPUTE_SHADER | S::COPY, A::NONE);
+    let [before, after] = if number == 0 { [read, COMPUTE_WRITE] } else { [COMPUTE_WRITE, COMPUTE] };
     waits.extend([&IMAGE_RADIANCE, &IMAGE_IDENTITY].map(|made| barrier(made, before, after)));
     // The sensor may still read the texels of the last image.
     waits.extend(sampled.fine.then(|| barrier(&FINE, COMPUTED, COMPUTE_WRITE)));
@@ -208,14 +212,37 @@ fn compute(
         let sky = shows.background;
         let words = [(sky, "sky"), (sky && shows.sun, "sun"), (sky && shows.map, "map"), (sampled.fine, "fine")];
         Pass::dispatch("distant", Shader::with("distant.comp", &words), sampled.rows)
-    } else if count > 1 {
+    } else if count > 1 || (sampled.mean.is_none() && !sampled.lens) {
         let shader = Shader::with("gather.comp", &[(number == 0, "first")]);
         Pass::dispatch("gather", shader, sampled.rows).told(&(1.0 / count as f32))
     } else {
         let words = [(sampled.lens, "lens"), (sampled.mean.is_some(), "several"), (sampled.fine, "fine")];
         Pass::dispatch("resample", Shader::with("resample.comp", &words), sampled.rows)
     });
-    if number + 1 == count {
+    if number + 1 == count && image.sub_frame.is_none() {
+        frame.wait([&IMAGE_RADIANCE, &IMAGE_IDENTITY].map(|made| barrier(made, COMPUTE_WRITE, COPY_READ)));
+    }
+}
+
+/// Adds a sub-frame to its exposure. The last one becomes the image.
+pub(crate) fn expose(frame: &mut Frame, image: &ImageRecipe) {
+    let (Some(sub_frame), Some(sampled)) = (image.sub_frame, image.resampled()) else { return };
+    let is_last = sub_frame.is_last();
+    let kept = [&EXPOSED_RADIANCE, &EXPOSED_IDENTITY, &EXPOSED_FINE];
+    let kept = &kept[..if sampled.fine { 3 } else { 2 }];
+    let drawn = [&IMAGE_RADIANCE, &IMAGE_IDENTITY, &FINE];
+    let drawn = &drawn[..kept.len()];
+    let mut waits: Vec<Barrier> = drawn.iter().map(|made| barrier(made, COMPUTE_WRITE, COMPUTE)).collect();
+    waits.extend(kept.iter().map(|sum| barrier(sum, COMPUTE_WRITE, COMPUTE)));
+    frame.wait(waits);
+    let texels = sampled.fine.then_some(true);
+    for texels in std::iter::once(false).chain(texels) {
+        let words = [(texels, "texels"), (sub_frame.number == 0, "first"), (is_last, "last")];
+        let name = if texels { "expose texels" } else { "expose" };
+        let pass = Pass::dispatch(name, Shader::with("expose.comp", &words), sampled.rows);
+        frame.pass(pass.told(&(1.0 / sub_frame.count as f32)));
+    }
+    if is_last {
         frame.wait([&IMAGE_RADIANCE, &IMAGE_IDENTITY].map(|made| barrier(made, COMPUTE_WRITE, COPY_READ)));
     }
 }
@@ -228,15 +255,13 @@ pub(crate) fn read(frame: &mut Frame, image: &ImageRecipe) {
     frame.wait([to_host(&RADIANCE_READBACK), to_host(&IDENTITY_READBACK)]);
 }
 
-/// Draws the triangles that culling kept, and the sky behind them. With a rolling shutter it shows emission alone. `mean` are the
-/// samples of a texel of a mean, and `place` is the place of a sample that is gathered.
+/// Draws the triangles that culling kept, and the sky behind them. `mean` are the samples of a texel of a mean, and `place` is the place of a sample that is gathered.
 fn draw_pass(
     shows: RadianceVariant,
     (mean, place): (Option<u32>, Option<[f32; 2]>),
     shutter: Option<RowOf>,
     temperature: &'static Resource,
 ) -> Pass {
-    let shows = if shutter.is_some() { RadianceVariant::PLAIN } else { shows };
     let mut colours: Vec<(&'static Resource, Option<&'static Resource>)> = match mean {
         None => vec![(&RADIANCE_IMAGE, None), (&IDENTITY_IMAGE, None)],
         Some(1) => vec![(&MEAN_IMAGE, None)],
@@ -246,7 +271,7 @@ fn draw_pass(
     let (name, depth) = if mean.is_some() { ("mean", &MEAN_DEPTH_IMAGE) } else { ("radiance", &DEPTH_IMAGE) };
     let drawing = Drawing {
         shaders: craft_shaders(shows, mean, place.is_some(), shutter),
-        behind: if shows.background { sky_shaders(shows, mean, place.is_some()) } else { Vec::new() },
+        behind: if shows.background { sky_shaders(shows, mean, place.is_some(), shutter) } else { Vec::new() },
         colours,
         depth,
         samples: mean.unwrap_or(1),
@@ -281,11 +306,13 @@ fn craft_shaders(shows: RadianceVariant, mean: Option<u32>, gathered: bool, shut
         (mean.is_some(), "mean"),
         (several, "multiple"),
     ];
-    vec![vertex, Shader::with("radiance.frag", &words)]
+    let mut fragment = Shader::with("radiance.frag", &words);
+    fragment.words.extend(shutter.filter(|_| shows.reflections).map(RowOf::words).unwrap_or_default());
+    vec![vertex, fragment]
 }
 
 /// The vertex shader and the fragment shader of the sky.
-fn sky_shaders(shows: RadianceVariant, mean: Option<u32>, gathered: bool) -> Vec<Shader> {
+fn sky_shaders(shows: RadianceVariant, mean: Option<u32>, gathered: bool, shutter: Option<RowOf>) -> Vec<Shader> {
     let several = mean.is_some_and(|each| each > 1);
     let words = [
         (shows.traced, "traced"),
@@ -295,5 +322,7 @@ fn sky_shaders(shows: RadianceVariant, mean: Option<u32>, gathered: bool) -> Vec
         (several, "multiple"),
         (gathered, "gathered"),
     ];
-    vec![Shader::plain("background.vert"), Shader::with("background.frag", &words)]
+    let mut fragment = Shader::with("background.frag", &words);
+    fragment.words.extend(shutter.map(RowOf::words).unwrap_or_default());
+    vec![Shader::plain("background.vert"), fragment]
 }

@@ -1,6 +1,7 @@
 //! Reflections of the craft itself: rays from the surface of each texel against the triangles of the craft.
 
 use super::image::resources::drawn_largest;
+use super::image::sampling::RowOf;
 use super::image::variant::RadianceVariant;
 use crate::gpu::layout;
 use crate::gpu::pass::{COMPUTE, COMPUTE_WRITE, Frame, Pass, barrier};
@@ -56,7 +57,7 @@ const TEXELS_OF_RAYS: u32 = 64;
 /// the mean over `several` samples or the radiance of single ones at a place in their texel. Surfaces have the temperatures in the buffer `shown`.
 pub(crate) fn passes(
     frame: &mut Frame,
-    shows: RadianceVariant,
+    (shows, shutter): (RadianceVariant, Option<RowOf>),
     place: [f32; 2],
     (lit, several): (&'static Resource, bool),
     texels: u32,
@@ -82,8 +83,11 @@ pub(crate) fn passes(
                 (number + 1 < shows.dispatches, "held"),
                 (number > 0, "resumed"),
             ];
+            let mut shader = Shader::with("traced.comp", &words);
+            // A path that goes on has left the row behind.
+            shader.words.extend(shutter.filter(|_| number == 0).map(RowOf::words).unwrap_or_default());
             let workgroups = (range.1 - range.0).div_ceil(TEXELS_OF_RAYS);
-            let pass = Pass::dispatch("traced", Shader::with("traced.comp", &words), workgroups);
+            let pass = Pass::dispatch("traced", shader, workgroups);
             let pass = pass.over(Per::Texel, range).instead("Temperature", shown);
             frame.pass(pass.told(&[first, number]).told(&place));
         }

@@ -44,7 +44,7 @@ shared! {
     }
 
     /// Push constants of a pass over patches.
-    pub struct ExchangePass {
+    pub(crate) struct ExchangePass {
         /// First patch.
         pub first: u32,
         /// Patch after the last.

@@ -55,6 +55,22 @@ shared! {
         pub(crate) unused: [f32; 2],
     }
 
+    /// Rotations of directions in the sky from the axes of a camera with a rolling shutter to those at its first row.
+    pub struct ShutterSky {
+        /// First row of the rotation from the axes at the middle row.
+        pub(crate) middle_x: [f32; 4],
+        /// Second row of the rotation from the axes at the middle row.
+        pub(crate) middle_y: [f32; 4],
+        /// Third row of the rotation from the axes at the middle row.
+        pub(crate) middle_z: [f32; 4],
+        /// First row of the rotation from the axes at the last row.
+        pub(crate) last_x: [f32; 4],
+        /// Second row of the rotation from the axes at the last row.
+        pub(crate) last_y: [f32; 4],
+        /// Third row of the rotation from the axes at the last row.
+        pub(crate) last_z: [f32; 4],
+    }
+
     /// Sizes of an image that is made from a finer one.
     pub(crate) struct Sampling {
         /// Width of the image [px].

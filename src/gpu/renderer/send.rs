@@ -2,7 +2,9 @@
 
 use super::Renderer;
 use crate::gpu::effects::exchange::{MIRRORS, POSES};
-use crate::gpu::effects::image::resources::{DISTANT, LOBES, PLANET_MEANS, PLANET_VIEW, SHUTTER, SURROUNDINGS, VIEW};
+use crate::gpu::effects::image::resources::{
+    DISTANT, LOBES, PLANET_MEANS, PLANET_VIEW, SHUTTER, SHUTTER_SKY, SURROUNDINGS, VIEW,
+};
 use crate::gpu::effects::sensor::SETTINGS;
 use crate::gpu::effects::thermal::load::DeviceLoad;
 use crate::gpu::effects::traced::{TRACE_BOXES, TRACE_TRIANGLES, TRACING};
@@ -34,13 +36,17 @@ impl Renderer {
             DeviceLoad::new(load, scene.joints).write(resources, slot, steps)?;
         }
         resources.write_slices(&VIEW, slot, request.views)?;
-        resources.write_slices(&SHUTTER, slot, request.shutters)?;
+        let (shutters, sky) = request.shutters;
+        resources.write_slices(&SHUTTER, slot, shutters)?;
+        if let Some(turns) = sky {
+            resources.write(&SHUTTER_SKY, slot, &[turns])?;
+        }
         if let Some(distant) = request.distant {
             resources.write(&DISTANT, slot, &[distant])?;
         }
-        if let Some(around) = request.surroundings {
+        if let Some((around, lobes)) = request.surroundings {
             resources.write(&SURROUNDINGS, slot, &[around])?;
-            resources.write(&LOBES, slot, request.lobes)?;
+            resources.write(&LOBES, slot, lobes)?;
         }
         if let Some(traced) = request.traced {
             let [width, _] = scene.drawn[usize::from(request.distant.is_some())];

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::lens::{Distortion, Lens};
-use crate::scene::{Camera, CameraFrame, Motion};
+use crate::scene::{Camera, CameraFrame, Motion, MotionBlur};
 use glam::{DAffine3, DQuat, DVec3};
 
 /// A lit sphere. Temperature falls with the cosine from 350 K to 180 K on the night side.
@@ -66,6 +66,7 @@ fn camera(width: u32, height: u32) -> Camera {
         },
         samples: 4,
         line_time: 3e-5,
+        exposure: MotionBlur { time: 2e-3, sub_frames: 5 },
         motion: Motion::Still,
         frame: CameraFrame::Orbit,
         position: DVec3::new(-100.0, 1e-3, 1.0 / 3.0),

@@ -14,7 +14,7 @@ use super::preset::Preset;
 use super::quantity::Quantity;
 use super::section::Section;
 use super::vector::point;
-use super::{Camera, CameraFrame};
+use super::{Camera, CameraFrame, MotionBlur};
 use crate::environment::pose_path::look;
 use crate::lens::Lens;
 
@@ -62,9 +62,10 @@ pub(super) fn read(
         return Err(section.error("samples", format!("must be 1, 4, 8 or 16, found {samples}")));
     }
     let line_time = section.number("line_time", Quantity::within(0.0, 1.0, "s"))?.unwrap_or(0.0);
+    let exposure = exposure(section)?;
     if !POSE.iter().any(|key| section.has(key)) {
         let near = near(section, assumptions)?;
-        return Ok(Camera { samples, line_time, near, ..framed([width, height], lens) });
+        return Ok(Camera { samples, line_time, exposure, near, ..framed([width, height], lens) });
     }
     let stated = section.choice("frame", &FRAMES)?;
     let path = path::read(section, stated, around, files, assumptions)?;
@@ -86,7 +87,23 @@ pub(super) fn read(
         }
     };
     let near = near(section, assumptions)?;
-    Ok(Camera { width, height, lens, samples, line_time, motion, frame, position, frame_from_camera, near })
+    Ok(Camera { width, height, lens, samples, line_time, exposure, motion, frame, position, frame_from_camera, near })
+}
+
+/// The interval in which a pixel collects light.
+fn exposure(section: &Section) -> Result<MotionBlur, SceneError> {
+    let time = section.number("exposure_time", Quantity::within(0.0, MotionBlur::LONGEST, "s"))?.unwrap_or(0.0);
+    let sub_frames = section.whole("sub_frames", 3..=MotionBlur::MOST)?;
+    match sub_frames {
+        Some(_) if time == 0.0 => {
+            Err(section.error("sub_frames", "needs camera.exposure_time above 0: an instant has no sub-frames"))
+        }
+        Some(even) if even.is_multiple_of(2) => {
+            Err(section.error("sub_frames", format!("must be odd, so that one lies in the middle, found {even}")))
+        }
+        _ if time == 0.0 => Ok(MotionBlur::default()),
+        _ => Ok(MotionBlur { time, sub_frames: sub_frames.unwrap_or(MotionBlur::USUAL) }),
+    }
 }
 
 /// Distance before which nothing is seen [m].
@@ -105,6 +122,7 @@ fn framed([width, height]: [u32; 2], lens: Lens) -> Camera {
         lens,
         samples: USUAL_SAMPLES,
         line_time: 0.0,
+        exposure: MotionBlur::default(),
         motion: Motion::Framed,
         frame: CameraFrame::Body,
         position: DVec3::ZERO,

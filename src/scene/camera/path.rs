@@ -46,8 +46,9 @@ impl Camera {
     /// The first time without one, with the file and the times that it covers.
     pub(crate) fn check_times(&self, mut times: impl Iterator<Item = f64>) -> Result<(), SceneError> {
         let Motion::Path(path) = &self.motion else { return Ok(()) };
-        let last_row = self.shutter_time();
-        let absent = |time: f64| path.poses.pose(time).err().or_else(|| path.poses.pose(time + last_row).err());
+        let half = 0.5 * self.exposure.time;
+        let ends = [-half, self.shutter_time() + half];
+        let absent = |time: f64| ends.into_iter().find_map(|end| path.poses.pose(time + end).err());
         match times.find_map(absent) {
             Some(fault) => Err(FileLine { path: &path.file, line: 1 }.error("camera.path", fault)),
             None => Ok(()),

@@ -4,13 +4,13 @@ use glam::DAffine3;
 
 use crate::gpu::effects::image::sampling::Sampling;
 use crate::gpu::layout;
-use crate::scene::Camera;
+use crate::scene::{Camera, MotionBlur};
 use crate::simulation::distant::{DistantParts, told};
-use crate::simulation::engine::{InstantPoses, Order, RowMoments};
+use crate::simulation::engine::{ImageMoments, InstantPoses, Order};
 use crate::simulation::image::Image;
 use crate::simulation::pose::draws_alike;
 use crate::simulation::prepare::Prepared;
-use crate::simulation::viewpoint::{device_view, rolling, source_view};
+use crate::simulation::viewpoint::{device_view, rolling, rolling_sky, source_view};
 
 /// A camera and how a device makes its image.
 pub(super) struct DeviceCamera {
@@ -40,6 +40,11 @@ impl DeviceCamera {
             self.camera = camera.clone();
         }
         fits
+    }
+
+    /// The exposure, where an image is the mean over sub-frames.
+    pub(crate) fn exposure(&self) -> Option<MotionBlur> {
+        Some(self.camera.exposure).filter(MotionBlur::is_mean)
     }
 
     /// The image that an order asks for, without pixels.
@@ -87,13 +92,22 @@ impl DeviceCamera {
     /// The rolling shutter against the body and against each joint. Empty if all rows see one pose.
     pub(crate) fn shutters(&self, order: &Order<'_>) -> Vec<layout::Shutter> {
         let shutter = self.sampling.as_ref().and_then(|sampling| sampling.shutter.as_ref());
-        let (Some((_, shutter)), Some(RowMoments(moment))) = (shutter, order.rows) else { return Vec::new() };
-        let last = f64::from(self.camera.height - 1);
-        let [middle, last] = [0.5 * last, last].map(|row| {
-            let InstantPoses { pose, joints } = moment(row);
+        let (Some((_, shutter)), Some(ImageMoments(moment))) = (shutter, order.moments) else { return Vec::new() };
+        let last = self.camera.shutter_time();
+        let [middle, last] = [0.5 * last, last].map(|later| {
+            let InstantPoses { pose, joints, .. } = moment(later);
             let of_joint = |joint: &DAffine3| pose * *joint;
             if joints.is_empty() { vec![pose] } else { joints.iter().map(of_joint).collect() }
         });
         middle.iter().zip(&last).map(|(middle, last)| rolling(shutter, middle, last)).collect()
+    }
+
+    /// How the sky turns while the rows are taken. `None` if all rows see one pose, or no surroundings.
+    pub(crate) fn rolling_sky(&self, order: &Order<'_>) -> Option<layout::ShutterSky> {
+        self.sampling.as_ref()?.shutter.as_ref().and(order.surroundings.as_ref())?;
+        let ImageMoments(moment) = order.moments?;
+        let last = self.camera.shutter_time();
+        let [first, middle, last] = [0.0, 0.5 * last, last].map(|later| moment(later).camera_from_orbit);
+        Some(rolling_sky([middle, last].map(|row| first * row.transpose())))
     }
 }

@@ -59,6 +59,11 @@ impl Frames {
         Ok(())
     }
 
+    /// Keeps a result until somebody asks for it. No frame is under way.
+    pub(crate) fn keep(&mut self, delivered: Delivered) {
+        self.ready.push_back(delivered);
+    }
+
     /// The oldest result that is ready.
     pub(crate) fn ready(&mut self) -> Option<Delivered> {
         self.ready.pop_front()

@@ -2,9 +2,9 @@
 
 use super::Simulation;
 use crate::gpu::error::GpuError;
-use crate::scene::{Background, Camera, Reflections};
+use crate::scene::{Camera, rays_follow_no_joints};
 use crate::simulation::budget::{draw_budgets, node_budgets};
-use crate::simulation::engine::{Order, RowMoments};
+use crate::simulation::engine::{ImageMoments, Order};
 use crate::simulation::facade_error::SimulationError;
 use crate::simulation::image::Image;
 use crate::simulation::pose::{CameraError, Pose, check_camera, draws_alike};
@@ -54,9 +54,9 @@ impl Simulation {
         let pose = pose_at(prepared, time).ok_or_else(absent)?;
         let joints = prepared.loads.joints_at(time).1;
         let moments = moments(prepared, time, None);
-        let rows = moments.as_ref().map(|moments| RowMoments(moments));
+        let moments = moments.as_ref().map(|moments| ImageMoments(moments));
         let surroundings = surroundings_at(prepared, time, &pose);
-        let order = Order { pose: Some(pose), joints: &joints, rows, surroundings, time, ..Order::default() };
+        let order = Order { pose: Some(pose), joints: &joints, moments, surroundings, time, ..Order::default() };
         self.engine.submit(None, order)?;
         self.engine.deliver()?.image.ok_or_else(absent)
     }
@@ -68,9 +68,8 @@ impl Simulation {
         }
         camera.check_times(std::iter::once(self.time))?;
         let surrounded = &self.prepared.scene.surrounded;
-        let around = surrounded.reflections != Reflections::Off || surrounded.background != Background::Off;
-        if camera.line_time > 0.0 && around {
-            let message = "line_time cannot be combined with radiance.reflections or radiance.background";
+        if rays_follow_no_joints(surrounded, camera, self.prepared.joints() > 1) {
+            let message = "line_time cannot be combined with radiance.reflections = \"traced\" and joints";
             return Err(CameraError::Combination(message).into());
         }
         if camera.samples > 1 && surrounded.channels {

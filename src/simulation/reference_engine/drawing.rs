@@ -11,7 +11,7 @@ use crate::raster::{self, RasterSurface, SurfaceSurroundings, rasterise, rasteri
 use crate::scene::Camera;
 use crate::simulation::device_data::is_own;
 use crate::simulation::distant::DistantParts;
-use crate::simulation::engine::{InstantPoses, Order, RowMoments};
+use crate::simulation::engine::{ImageMoments, InstantPoses, Order};
 use crate::simulation::image::Image;
 use crate::simulation::pose::draws_alike;
 use crate::simulation::prepare::Prepared;
@@ -23,10 +23,18 @@ use crate::thermal::sensor::twin::SensorTwin;
 use crate::thermal::surroundings::Surroundings;
 
 /// What is drawn.
+#[derive(Default)]
 struct Shown {
     pixels: Vec<raster::Pixel>,
     /// Radiance of the texels in the pixels, for a point spread.
     texels: Vec<f64>,
+}
+
+impl Shown {
+    /// An image of this size without light.
+    fn emptied(&self) -> Self {
+        Self { pixels: vec![raster::EMPTY; self.pixels.len()], texels: vec![0.0; self.texels.len()] }
+    }
 }
 
 /// The surface of a scene, and the camera that sees it.
@@ -90,17 +98,11 @@ impl Drawing {
 
     /// The image that an order asks for, of nodes at temperatures [K]. `None` without a pose or a camera.
     pub(super) fn image(&mut self, order: &Order<'_>, temperatures: &[f64]) -> Option<Image> {
-        if let Some(around) = &order.surroundings {
-            self.finishes.look_at(around);
-        }
-        let pose = order.pose.as_ref()?;
-        if let Some(traced) = &mut self.finishes.traced {
-            traced.follow(order.joints);
-        }
-        let camera = self.camera.as_ref()?;
-        let Shown { pixels: drawn, texels } = match order.rows {
-            None => self.draw_from(camera, pose, order, temperatures),
-            Some(rows) => self.draw_rows(camera, rows, order, temperatures),
+        order.pose.as_ref()?;
+        let camera = self.camera.clone()?;
+        let Shown { pixels: drawn, texels } = match order.moments {
+            Some(moments) if camera.exposure.is_mean() => self.exposed(&camera, moments, order, temperatures),
+            _ => self.draw_instant(&camera, order, temperatures)?,
         };
         let of_surface = |value: fn(&raster::Pixel) -> f64| {
             drawn.iter().map(|pixel| if pixel.part == 0 { 0.0 } else { value(pixel) as f32 }).collect()
@@ -118,9 +120,54 @@ impl Drawing {
             material: drawn.iter().map(|pixel| pixel.material).collect(),
             coverage: drawn.iter().filter(|_| has_coverage).map(|pixel| pixel.coverage as f32).collect(),
             reflected: drawn.iter().filter(|_| is_apart).map(|pixel| pixel.reflected as f32).collect(),
-            ..order.image_of(camera)?
+            ..order.image_of(&camera)?
         };
         Some(image.with_readings(readings.as_deref()))
+    }
+
+    /// The mean over the sub-frames of an exposure. A pixel shows the surface of the first of them that has one.
+    fn exposed(
+        &mut self,
+        camera: &Camera,
+        ImageMoments(moment): ImageMoments<'_>,
+        order: &Order<'_>,
+        temperatures: &[f64],
+    ) -> Shown {
+        let share = 1.0 / f64::from(camera.exposure.sub_frames);
+        let mut mean: Option<Shown> = None;
+        for offset in camera.exposure.offsets() {
+            let (instant, later) = (moment(offset), |later: f64| moment(offset + later));
+            let order = order.sub_frame(offset, &instant, ImageMoments(&later));
+            let Some(drawn) = self.draw_instant(camera, &order, temperatures) else { continue };
+            let mut sum = mean.unwrap_or_else(|| drawn.emptied());
+            for (sum, one) in sum.pixels.iter_mut().zip(drawn.pixels) {
+                let shown = if sum.part == 0 { one } else { *sum };
+                *sum = raster::Pixel {
+                    radiance: sum.radiance + share * one.radiance,
+                    reflected: sum.reflected + share * one.reflected,
+                    coverage: sum.coverage + share * one.coverage,
+                    ..shown
+                };
+            }
+            sum.texels.iter_mut().zip(drawn.texels).for_each(|(sum, one)| *sum += share * one);
+            mean = Some(sum);
+        }
+        mean.unwrap_or_default()
+    }
+
+    /// Draws one instant, or the rows that follow it with a rolling shutter. `None` without a pose.
+    fn draw_instant(&mut self, camera: &Camera, order: &Order<'_>, temperatures: &[f64]) -> Option<Shown> {
+        if let Some(around) = &order.surroundings {
+            self.finishes.look_at(around);
+        }
+        if let Some(traced) = &mut self.finishes.traced {
+            traced.follow(order.joints);
+        }
+        let pose = order.pose.as_ref()?;
+        Some(match order.moments {
+            Some(rows) if camera.line_time > 0.0 => self.draw_rows(camera, rows, order, temperatures),
+            _ => self.draw_from(camera, pose, order, temperatures),
+        })
     }
 
     /// Draws from one pose. A craft that is far away is drawn larger and gathered into the pixels.
@@ -153,13 +200,13 @@ impl Drawing {
     fn draw_rows(
         &self,
         camera: &Camera,
-        RowMoments(moment): RowMoments<'_>,
+        ImageMoments(moment): ImageMoments<'_>,
         order: &Order<'_>,
         temperatures: &[f64],
     ) -> Shown {
-        let around = (order.surroundings.as_ref(), order.time);
         let row = |row: u32| {
-            let InstantPoses { pose, joints } = moment(f64::from(row));
+            let InstantPoses { pose, joints, surroundings, .. } = moment(f64::from(row) * camera.line_time);
+            let around = (surroundings.as_ref(), order.time);
             let mut view = raster_view(camera, &pose);
             view.lens.centre[1] -= f64::from(row);
             self.draw(temperatures, &joints, &raster::RasterView { height: 1, ..view }, around, self.is_fine())

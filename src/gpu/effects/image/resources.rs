@@ -8,6 +8,7 @@ use crate::gpu::resource::Pieces::{Always, WithoutImage};
 use crate::gpu::resource::Role::{Colour, Commands, Depth, FromHost, Readback, Storage, Uniform, WrittenIndices};
 use crate::gpu::resource::{GROUP, Per, Resource, lent, made, resources};
 use crate::gpu::scene_data::{SceneData, area, only};
+use crate::thermal::sensor::spread::FINENESS;
 
 resources! {
     /// `View`, written by the host.
@@ -93,6 +94,11 @@ resources! {
         data.of_sampling(|sampling| usize::from(sampling.shutter.is_some()))
     })
     .each_joint();
+    /// `ShutterSky`, written by the host.
+    SHUTTER_SKY = Resource::uniform::<layout::ShutterSky>("ShutterSky", |data| {
+        let seen = data.shown.variant.background || data.shown.variant.reflections;
+        data.of_sampling(|sampling| usize::from(sampling.shutter.is_some() && seen))
+    });
     /// `Distant`, written by the host.
     DISTANT = Resource::uniform::<layout::Distant>("Distant", |data| {
         data.of_sampling(|sampling| usize::from(sampling.distant))
@@ -142,6 +148,14 @@ resources! {
     IMAGE_RADIANCE = Resource::new("ImageRadiance", 16, Storage, Per::Pixel, computed_pixels);
     /// Part and material of every pixel of such an image.
     IMAGE_IDENTITY = Resource::new("ImageIdentity", 8, Storage, Per::Pixel, computed_pixels);
+    /// Sum of the sub-frames of an exposure so far, as `IMAGE_RADIANCE`.
+    EXPOSED_RADIANCE = Resource::new("ExposedRadiance", 16, Storage, Per::Pixel, exposed_pixels);
+    /// Part and material of every pixel of it.
+    EXPOSED_IDENTITY = Resource::new("ExposedIdentity", 8, Storage, Per::Pixel, exposed_pixels);
+    /// Sum of the texels in its pixels, where a point spread reads them.
+    EXPOSED_FINE = Resource::new("ExposedFine", 16, Storage, Per::Pixel, |data| {
+        data.of_sampling(|sampling| only(sampling.exposed && sampling.fine, FINENESS * pixels(data)))
+    });
     /// Host copy of the radiance of every pixel.
     RADIANCE_READBACK = Resource::new("RadianceReadback", 16, Readback, Per::Pixel, pixels).each_slot();
     /// Host copy of part and material of every pixel.
@@ -163,6 +177,10 @@ fn pixels(data: &SceneData<'_>) -> usize {
 
 fn computed_pixels(data: &SceneData<'_>) -> usize {
     data.of_computed(|_| pixels(data))
+}
+
+fn exposed_pixels(data: &SceneData<'_>) -> usize {
+    data.of_sampling(|sampling| only(sampling.exposed, pixels(data)))
 }
 
 fn drawn_texels(data: &SceneData<'_>) -> usize {

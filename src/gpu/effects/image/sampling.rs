@@ -23,6 +23,8 @@ pub struct Sampling {
     pub(crate) distant: bool,
     /// Whether a point spread reads the texels in the pixels.
     pub(crate) fine: bool,
+    /// Whether the image may be the mean over the sub-frames of an exposure.
+    pub(crate) exposed: bool,
 }
 
 /// The image from which the mean over the samples of a pixel is made.
@@ -75,6 +77,24 @@ pub struct Sampled {
     pub distance: Distance,
     /// Whether the texels in the pixels are kept for a point spread.
     pub fine: bool,
+    /// Whether the image may be the mean over the sub-frames of an exposure.
+    pub exposed: bool,
+}
+
+/// A sub-frame of an exposure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SubFrame {
+    /// Its number in the order in which they are drawn.
+    pub number: u32,
+    /// Number of all.
+    pub count: u32,
+}
+
+impl SubFrame {
+    /// Whether the exposure ends with it.
+    pub(crate) fn is_last(self) -> bool {
+        self.number + 1 == self.count
+    }
 }
 
 /// Whether an image is made from a crop around the craft.
@@ -92,7 +112,7 @@ pub enum Distance {
 impl Sampled {
     /// Whether the image is computed from drawn ones.
     pub(crate) fn is_resampled(&self) -> bool {
-        self.lens || self.mean.is_some() || self.gathered > 1 || self.distance != Distance::Near
+        self.lens || self.mean.is_some() || self.gathered > 1 || self.distance != Distance::Near || self.exposed
     }
 }
 
@@ -116,6 +136,7 @@ impl Sampling {
             rows,
             distance,
             fine: self.fine,
+            exposed: self.exposed,
         }
     }
 
