@@ -35,6 +35,7 @@ mod light;
 pub(crate) mod light_force;
 pub(crate) mod network;
 pub(crate) mod network_file;
+pub(crate) mod orbit_end;
 pub(crate) mod orbits;
 pub(crate) mod parts;
 pub(crate) mod periodic;

@@ -16,13 +16,13 @@ use crate::output::folder::Folder;
 use crate::scene::read_parameters;
 use crate::sensitivity::SensitivityError;
 use crate::sensitivity::files::{FILES, summary, write};
-use crate::sensitivity::search::{Search, check, tighten};
+use crate::sensitivity::search::{Search, check, settle};
 
 /// Find how temperatures depend on parameters, by differences of whole runs from their own periodic states.
 ///
-/// Each [[parameter]] of the file says which value is varied: absorptivity, emissivity, thickness, capacity or conductivity of materials, a contact, a heater,
-/// the solar constant, the albedo or the planet's infrared; and the range in which the value is known. Each takes four runs: up and down by its step, and by
-/// twice its step, whose difference tells the error. Runs share what a parameter does not touch: geometry, rays and view factors.
+/// Each [[parameter]] of the file says which value is varied: absorptivity, emissivity, thickness, capacity or conductivity of materials, the effective emittance
+/// of a blanket, a contact, a heater, the solar constant, the albedo or the planet's infrared; and the range in which the value is known. Each takes three runs:
+/// up and down by its step, and up by twice its step, which tells the error. Runs share what a parameter does not touch: geometry, light, rays and view factors.
 ///
 /// Writes sensitivity.csv (parts and probes over time), effects.csv (the largest effect over each range, in kelvin), tornado.svg, and for each drawn image an EXR
 /// with a channel for each parameter. The table of effects is printed too.
@@ -47,7 +47,7 @@ pub(crate) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut scene = arguments.reach.scene(&arguments.scene)?;
     let parameters = read_parameters(&arguments.parameters).map_err(SensitivityError::Parameter)?;
-    if let Some(assumption) = tighten(&mut scene) {
+    if let Some(assumption) = settle(&mut scene) {
         say!("assumed: {assumption}");
     }
     let prepared = prepare_scene(scene)?;

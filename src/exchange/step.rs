@@ -137,7 +137,7 @@ impl Exchange {
     ) -> Self {
         let _finds = span("finding reflections");
         let factors = Factors::new(&patches.all, ends, settings.rays);
-        let [infrared, sunlight] = reflections(&factors, patches, settings.bounces);
+        let [infrared, sunlight] = reflections(&factors, patches, settings.bounces, None);
         Self {
             bundles: bundles.of_patch(),
             sky: bundles.opened(ends),
@@ -153,7 +153,7 @@ impl Exchange {
 
     /// The exchange of the same patches with other optics, from the same view factors.
     pub(crate) fn with_optics(&self, patches: &Patches, bounces: Option<u32>) -> Self {
-        let [infrared, sunlight] = reflections(&self.factors, patches, bounces);
+        let [infrared, sunlight] = reflections(&self.factors, patches, bounces, Some(self));
         Self { patches: Arc::clone(&patches.all), infrared, sunlight, ..self.clone() }
     }
 
@@ -289,13 +289,22 @@ impl Exchange {
     }
 }
 
-/// Exchange areas of infrared and of sunlight.
-fn reflections(factors: &Factors, patches: &Patches, bounces: Option<u32>) -> [Areas; 2] {
+/// Exchange areas of infrared and of sunlight. One of them is taken from a known exchange of the same view factors where its optics are the same.
+fn reflections(factors: &Factors, patches: &Patches, bounces: Option<u32>, known: Option<&Exchange>) -> [Areas; 2] {
     let sides = sides_of(&patches.all);
-    let areas = |absorptivity: fn(&Patch) -> f64| {
+    let areas = |absorptivity: fn(&Patch) -> f64, of: fn(&Exchange) -> &Areas| {
+        let is_same =
+            |known: &&Exchange| known.patches.iter().map(absorptivity).eq(patches.all.iter().map(absorptivity));
+        if let Some(known) = known.filter(is_same) {
+            return of(known).clone();
+        }
         let absorptivities: Vec<f64> = patches.all.iter().map(absorptivity).collect();
         exchange_areas(factors, &sides, &absorptivities, bounces)
     };
     // Each has works for one thread.
-    both(|| areas(|patch| patch.optics.emissivity), || areas(|patch| patch.optics.absorptivity)).into()
+    both(
+        || areas(|patch| patch.optics.emissivity, |known| &known.infrared),
+        || areas(|patch| patch.optics.absorptivity, |known| &known.sunlight),
+    )
+    .into()
 }

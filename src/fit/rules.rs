@@ -7,7 +7,7 @@ use crate::sensitivity::change::{change_materials, change_scene};
 use crate::simulation::prepare::Prepared;
 use crate::text::plain;
 use crate::thermal::emissivity::BandEmissivity;
-use crate::thermal::material::{Gloss, Material, Optics, Response, Sides};
+use crate::thermal::material::{Bulk, Gloss, Material, Optics, Response, Sides};
 use crate::thermal::shell::ContactConductance;
 
 /// The rules of the materials that parameters change, with the values of the fit, and the other fitted values as comments.
@@ -107,12 +107,14 @@ fn rule(text: &mut String, fitted: &Material, before: &Material) {
     line("absorptivity", absorptivity);
     line("emissivity", emissivity);
     let bulk = &fitted.bulk;
+    let emittance = |bulk: &Bulk| bulk.over.map(|over| over.effective_emittance);
     for (key, value, stands) in [
         ("thickness", bulk.thickness, before.bulk.thickness),
         ("density", bulk.density, before.bulk.density),
         ("specific_heat", bulk.specific_heat, before.bulk.specific_heat),
         ("heat_capacity_per_area", bulk.heat_capacity_per_area, before.bulk.heat_capacity_per_area),
         ("conductivity", bulk.conductivity, before.bulk.conductivity),
+        ("over.effective_emittance", emittance(bulk), emittance(&before.bulk)),
     ] {
         if let Some(value) = value.filter(|_| whole || value != stands) {
             line(key, value);

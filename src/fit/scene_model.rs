@@ -19,7 +19,7 @@ use crate::output::apparent::Apparent;
 use crate::scene::{Camera, CameraFrame, Draw, FitInput, Motion, Parameter, Probe, Scene, SensorPlace};
 use crate::sensitivity::change::{change_materials, change_scene, values};
 use crate::sensitivity::search::{check, tighten};
-use crate::sensitivity::variant::{VariantRun, VariantWalk};
+use crate::sensitivity::variant::{TOLERANCE, VariantRun, VariantWalk};
 use crate::simulation::engine::Engine;
 use crate::simulation::image::Image;
 use crate::simulation::pose_of;
@@ -52,7 +52,7 @@ impl SceneCase {
         [tables, images]: [&[PathBuf]; 2],
         progress: &mut dyn FnMut(PrepareStage),
     ) -> Result<(Self, Vec<Unknown>), FittingError> {
-        if let Some(assumption) = tighten(&mut scene) {
+        if let Some(assumption) = tighten(&mut scene, TOLERANCE) {
             scene.assumptions.push(assumption);
         }
         scene.time.draw = Draw::None;
@@ -226,7 +226,15 @@ impl SceneModel<'_> {
     fn walked<T>(&self, walk: impl FnOnce(&VariantWalk<'_>) -> Result<T, FittingError>) -> Result<T, FittingError> {
         let warned = |text: String| (self.news)(RunNews::Says(format!("warning: {text}")));
         let (target, kept, stop) = (self.target, &self.kept, self.stop);
-        walk(&VariantWalk { target, kept, nodes_every: None, stop, stepped: &|| (), warned: &warned })
+        walk(&VariantWalk {
+            name: "the scene",
+            target,
+            kept,
+            nodes_every: None,
+            stop,
+            stepped: &|| (),
+            warned: &warned,
+        })
     }
 
     fn run_as_it_is(&mut self) -> Result<VariantRun, FittingError> {

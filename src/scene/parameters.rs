@@ -47,6 +47,8 @@ pub(crate) enum ParameterKind {
     Capacity,
     /// Conductivity [W/(m K)].
     Conductivity,
+    /// Effective emittance of a blanket towards the structure below it.
+    EffectiveEmittance,
     /// Conductance of a contact [W/K or W/(m2 K)].
     Contact,
     /// Power of a heater [W].
@@ -70,12 +72,13 @@ pub(crate) enum ParameterKind {
 }
 
 /// Words of the kinds.
-const KINDS: [(&str, ParameterKind); 15] = [
+const KINDS: [(&str, ParameterKind); 16] = [
     ("absorptivity", ParameterKind::Absorptivity),
     ("emissivity", ParameterKind::Emissivity),
     ("thickness", ParameterKind::Thickness),
     ("capacity", ParameterKind::Capacity),
     ("conductivity", ParameterKind::Conductivity),
+    ("effective_emittance", ParameterKind::EffectiveEmittance),
     ("contact", ParameterKind::Contact),
     ("heater", ParameterKind::Heater),
     ("solar_constant", ParameterKind::SolarConstant),
@@ -97,7 +100,7 @@ impl ParameterKind {
     /// Unit of the value, empty for a pure number.
     pub(crate) fn unit(self) -> &'static str {
         match self {
-            Self::Absorptivity | Self::Emissivity | Self::Albedo => "",
+            Self::Absorptivity | Self::Emissivity | Self::EffectiveEmittance | Self::Albedo => "",
             Self::Thickness => "m",
             Self::Capacity => "J/(m2 K)",
             Self::Conductivity => "W/(m K)",
@@ -112,15 +115,18 @@ impl ParameterKind {
 
     /// Whether the value may be at most 1.
     pub(crate) fn is_share(self) -> bool {
-        matches!(self, Self::Absorptivity | Self::Emissivity | Self::Albedo)
+        matches!(self, Self::Absorptivity | Self::Emissivity | Self::EffectiveEmittance | Self::Albedo)
     }
 
     /// Keys of which one names the owners of the value. Empty where the whole scene has one value.
     fn owners(self) -> &'static [&'static str] {
         match self {
-            Self::Absorptivity | Self::Emissivity | Self::Thickness | Self::Capacity | Self::Conductivity => {
-                &["material"]
-            }
+            Self::Absorptivity
+            | Self::Emissivity
+            | Self::Thickness
+            | Self::Capacity
+            | Self::Conductivity
+            | Self::EffectiveEmittance => &["material"],
             Self::Contact => &["between", "between_materials"],
             Self::Heater => &["part"],
             Self::NodeHeat | Self::Capacitance | Self::EmissiveArea => &["node"],

@@ -76,6 +76,9 @@ pub(crate) fn change_materials(parameter: &Parameter, factor: f64, materials: &m
                 let stated = bulk.heat_capacity_per_area.as_mut().or(bulk.specific_heat.as_mut());
                 stated.into_iter().for_each(|capacity| *capacity *= factor);
             }
+            ParameterKind::EffectiveEmittance => {
+                bulk.over.iter_mut().for_each(|over| over.effective_emittance *= factor);
+            }
             _ => {}
         }
         if let Response::Radiative(plate) = &mut material.response
@@ -145,6 +148,7 @@ fn of_material(parameter: &Parameter, material: &mut Material) -> Option<f64> {
         ParameterKind::Thickness => bulk.thickness,
         ParameterKind::Conductivity => bulk.conductivity,
         ParameterKind::Capacity => bulk.capacity_per_area().ok(),
+        ParameterKind::EffectiveEmittance => bulk.over.map(|over| over.effective_emittance),
         _ => None,
     }
 }

@@ -1,12 +1,14 @@
 //! Finds how temperatures depend on parameters of a scene, by differences of whole runs from their own periodic states (docs/numerics.md 10).
 //!
-//! `change` finds and changes the values of a parameter. `variant` runs a scene with changed values. `search` takes all runs and their differences. `files` writes the results. `sigma` adds up
+//! `change` finds and changes the values of a parameter. `variant` runs a scene with changed values. `search` takes all runs and their differences, two
+//! at a time (`side_by_side`). `files` writes the results. `sigma` adds up
 //! what ranges of parameters do to a run, and `node_sigma` to its nodes.
 
 pub(crate) mod change;
 pub(crate) mod files;
 pub(crate) mod node_sigma;
 pub(crate) mod search;
+mod side_by_side;
 pub(crate) mod sigma;
 pub(crate) mod variant;
 

@@ -24,8 +24,8 @@ pub(crate) struct NodeSigma {
 
 /// The distance of the steps whose derivatives are kept, so that they take at most [`MEMORY`] bytes.
 fn distance(steps: u32, nodes: usize, parameters: usize) -> u32 {
-    // Three more lists for the runs under way.
-    let of_step = size_of::<f32>() * nodes * (parameters + 3);
+    // Six more lists for the runs under way, two parameters at a time.
+    let of_step = size_of::<f32>() * nodes * (parameters + 6);
     let most = (MEMORY / of_step.max(1)).max(2) as u32;
     steps.div_ceil(most - 1).max(1)
 }
@@ -92,8 +92,8 @@ mod tests {
         for (steps, nodes, parameters) in [(556, 2_000, 7), (600, 1_000_000, 12), (10, 10, 1)] {
             let every = distance(steps, nodes, parameters);
             let kept = steps.div_ceil(every) as usize + 1;
-            assert!(kept * 4 * nodes * (parameters + 3) <= MEMORY || kept == 2, "{steps} {nodes}: {kept}");
-            assert!(every == 1 || steps.div_ceil(every - 1) as usize * 4 * nodes * (parameters + 3) > MEMORY / 2);
+            assert!(kept * 4 * nodes * (parameters + 6) <= MEMORY || kept == 2, "{steps} {nodes}: {kept}");
+            assert!(every == 1 || steps.div_ceil(every - 1) as usize * 4 * nodes * (parameters + 6) > MEMORY / 2);
         }
     }
 }

@@ -4,17 +4,18 @@ use std::sync::atomic::AtomicBool;
 
 use super::SensitivityError;
 use super::change::{change_materials, change_scene, values};
-use super::variant::{VariantRun, VariantWalk};
+use super::side_by_side::do_side_by_side;
+use super::variant::{BaseRun, Began, VariantRun, VariantWalk};
 use crate::converge::RunNews;
 use crate::output::frame::FrameHeader;
 use crate::scene::{Parameter, ParameterRange, Scene};
+use crate::simulation::engine::Engine;
 use crate::simulation::image::Image;
 use crate::simulation::prepare::Prepared;
-use crate::simulation::state::BetweenSteps;
 use crate::simulation::target::Target;
 
-/// Change over an orbit below which the warm-up of a run ends [K]. A difference of two runs has twice this error at most, over twice the step.
-const TOLERANCE: f64 = 2e-4;
+/// Change over an orbit below which the warm-up of the scene as it is ends [K]. What is left is in all runs alike.
+const BASE_TOLERANCE: f64 = 0.01;
 
 /// Derivative and its error: for a change by all of the value [K].
 pub(super) type Derivative = [f64; 2];
@@ -64,14 +65,19 @@ pub(crate) struct Search<'a> {
     pub(crate) nodes_every: Option<u32>,
 }
 
-/// Gives a scene the warm-up of a sensitivity: a tight one where the scene asks for its periodic state. Returns an assumption for the user where it does not.
-pub(crate) fn tighten(scene: &mut Scene) -> Option<String> {
+/// Gives the scene of a sensitivity its warm-up. Returns an assumption for the user where that is not periodic.
+pub(crate) fn settle(scene: &mut Scene) -> Option<String> {
+    tighten(scene, BASE_TOLERANCE)
+}
+
+/// Gives a scene a warm-up to a tolerance [K] where it asks for its periodic state. Returns an assumption for the user where it does not.
+pub(crate) fn tighten(scene: &mut Scene, most: f64) -> Option<String> {
     // Surface temperatures are differenced, which no sensor, error or budget changes.
     scene.sensor = None;
     (scene.images.error, scene.images.budget) = (false, false);
     match &mut scene.time.periodic {
         Some(tolerance) => {
-            *tolerance = tolerance.min(TOLERANCE);
+            *tolerance = tolerance.min(most);
             None
         }
         None => Some("each run begins with the scene's own warm-up, which is not periodic (time.warm_up)".to_owned()),
@@ -109,25 +115,16 @@ impl Search<'_> {
         parameters: Vec<Parameter>,
         values: Vec<Option<f64>>,
     ) -> Result<Sensitivities, SensitivityError> {
-        let stepped = || (self.news)(RunNews::Stepped);
-        let warned = |text: String| (self.news)(RunNews::Says(format!("warning: {text}")));
-        let walk = self.walk(&stepped, &warned);
-        let count = 3 * parameters.len() + 1;
-        self.begins(prepared, &format!("1 of {count}: the scene as it is"));
-        // The engine keeps its view factors, which runs of the same geometry share, until all have ended.
-        let mut engine = walk.begin(prepared, None)?;
-        let near = prepared.scene.time.periodic.map(|_| BetweenSteps::capture(0, &mut *engine, None)).transpose()?;
-        let base = walk.run(prepared, &mut *engine)?;
+        let (base, _engine) = self.run_base(prepared)?;
         let mut of = Vec::new();
-        for (number, (parameter, value)) in parameters.into_iter().zip(values).enumerate() {
-            let step = parameter.step;
-            let changed = |share: f64, run: usize| {
-                let name = format!("{} of {count}: {} {:+} %", 3 * number + run, parameter.name, 100.0 * share);
-                self.changed(&walk, prepared, &parameter, (1.0 + share, &name), near.as_ref())
-            };
-            let runs = [changed(step, 2)?, changed(-step, 3)?, changed(2.0 * step, 4)?];
-            of.push(Differences { base: &base, runs: &runs, step }.sensitivity(parameter.clone(), value));
-        }
+        // The run up by a step tells where the others begin to settle: its distance from the scene as it is, so many times.
+        let take = |number: usize, runs: [VariantRun; 3]| {
+            let parameter: &Parameter = &parameters[number];
+            let differences = Differences { base: &base.run, runs: &runs, step: parameter.step };
+            of.push(differences.sensitivity(parameter.clone(), values[number]));
+        };
+        self.runs(prepared, &base, &parameters, [1.0, -1.0, 2.0], take)?;
+        let base = base.run;
         let parts = prepared.parts.iter().map(|name| ("part", name.clone()));
         let probes = prepared.scene.probes.iter().map(|probe| ("probe", probe.name.clone()));
         Ok(Sensitivities {
@@ -150,58 +147,66 @@ impl Search<'_> {
         parameters: &[Parameter],
         take: &mut dyn FnMut(usize, [VariantRun; 2]),
     ) -> Result<VariantRun, SensitivityError> {
+        let (base, _engine) = self.run_base(prepared)?;
+        self.runs(prepared, &base, parameters, [1.0, -1.0], take)?;
+        Ok(base.run)
+    }
+
+    /// Runs the scene as it is. While the engine lives, runs of the same geometry share its view factors.
+    fn run_base(&self, prepared: &Prepared) -> Result<(BaseRun, Box<dyn Engine>), SensitivityError> {
+        let steps = u64::from(prepared.warm_up_steps()) + u64::from(prepared.scene.time.steps);
+        let name = "the scene as it is".to_owned();
+        (self.news)(RunNews::Begins(name.clone(), steps));
         let stepped = || (self.news)(RunNews::Stepped);
         let warned = |text: String| (self.news)(RunNews::Says(format!("warning: {text}")));
-        let walk = self.walk(&stepped, &warned);
-        let count = 2 * parameters.len() + 1;
-        self.begins(prepared, &format!("1 of {count}: the scene as it is"));
-        // As in `of`, the engine lives as long as runs share its view factors.
-        let mut engine = walk.begin(prepared, None)?;
-        let near = prepared.scene.time.periodic.map(|_| BetweenSteps::capture(0, &mut *engine, None)).transpose()?;
-        let base = walk.run(prepared, &mut *engine)?;
-        for (number, parameter) in parameters.iter().enumerate() {
-            let changed = |sign: f64, run: usize| {
-                let name = format!(
-                    "{} of {count}: {} {:+} %",
-                    2 * number + run,
-                    parameter.name,
-                    100.0 * sign * parameter.step
-                );
-                self.changed(&walk, prepared, parameter, (1.0 + sign * parameter.step, &name), near.as_ref())
-            };
-            take(number, [changed(1.0, 2)?, changed(-1.0, 3)?]);
-        }
-        Ok(base)
-    }
-
-    fn walk<'b>(&'b self, stepped: &'b dyn Fn(), warned: &'b dyn Fn(String)) -> VariantWalk<'b> {
         let Self { target, kept, nodes_every, stop, .. } = *self;
-        VariantWalk { target, kept, nodes_every, stop, stepped, warned }
+        VariantWalk { name: &name, target, kept, nodes_every, stop, stepped: &stepped, warned: &warned }
+            .run_base(prepared)
     }
 
-    fn begins(&self, prepared: &Prepared, name: &str) {
-        let steps = u64::from(prepared.warm_up_steps()) + u64::from(prepared.scene.time.steps);
-        (self.news)(RunNews::Begins(name.to_owned(), steps));
-    }
-
-    /// A run with the values of a parameter times a factor.
-    fn changed(
+    /// The runs of each parameter, with its value changed by so many times its step. `take` gets them in the order of the parameters.
+    fn runs<const N: usize>(
         &self,
-        walk: &VariantWalk<'_>,
-        base: &Prepared,
-        parameter: &Parameter,
-        (factor, name): (f64, &str),
-        near: Option<&BetweenSteps>,
-    ) -> Result<VariantRun, SensitivityError> {
-        let mut scene = base.scene.clone();
-        change_scene(parameter, factor, &mut scene);
-        let prepared = base.varied(scene, |materials| change_materials(parameter, factor, materials))?;
-        self.begins(&prepared, name);
-        // The state of other nodes would not fit.
-        let near = near.filter(|_| prepared.nodes == base.nodes);
-        let mut engine = walk.begin(&prepared, near)?;
-        walk.run(&prepared, &mut *engine)
+        prepared: &Prepared,
+        base: &BaseRun,
+        parameters: &[Parameter],
+        times: [f64; N],
+        take: impl FnMut(usize, [VariantRun; N]),
+    ) -> Result<(), SensitivityError> {
+        let Self { target, kept, nodes_every, stop, news } = *self;
+        let count = (N * parameters.len()) as u64;
+        news(RunNews::Begins(format!("{count} runs with other values"), count));
+        let work = |number: usize, news: &dyn Fn(RunNews)| {
+            let parameter: &Parameter = &parameters[number];
+            let mut first: Began = None;
+            let runs: Vec<VariantRun> = times
+                .into_iter()
+                .map(|times| {
+                    let share = times * parameter.step;
+                    let varied = changed(prepared, parameter, 1.0 + share)?;
+                    let name = format!("{} {:+} %", parameter.name, 100.0 * share);
+                    let warned = |text: String| news(RunNews::Says(format!("warning: {text}")));
+                    let walk =
+                        VariantWalk { name: &name, target, kept, nodes_every, stop, stepped: &|| (), warned: &warned };
+                    // The state of other nodes would not fit.
+                    let base = Some(base).filter(|_| varied.nodes == prepared.nodes);
+                    let (run, began) = walk.run_beside(base, first.as_ref().map(|first| (first, times)), &varied)?;
+                    first = first.take().or(began);
+                    news(RunNews::Stepped);
+                    Ok(run)
+                })
+                .collect::<Result<_, SensitivityError>>()?;
+            runs.try_into().map_err(|_| SensitivityError::Stopped)
+        };
+        do_side_by_side(parameters.len(), news, work, take)
     }
+}
+
+/// A scene with the values of a parameter times a factor.
+fn changed(base: &Prepared, parameter: &Parameter, factor: f64) -> Result<Prepared, SensitivityError> {
+    let mut scene = base.scene.clone();
+    change_scene(parameter, factor, &mut scene);
+    Ok(base.varied(scene, |materials| change_materials(parameter, factor, materials))?)
 }
 
 /// Runs with a value as it is, and more and less by the step, and more by two steps.
@@ -212,9 +217,11 @@ struct Differences<'a> {
 }
 
 impl Differences<'_> {
-    /// The derivative for a change by all of the value, and its error: three times the h^2 / 6 of the third derivative, which a difference of third order gives.
+    /// The derivative for a change by all of the value, and its error: three times the h^2 / 6 of the third derivative, which a difference of third order gives,
+    /// and the changes that the warm-ups left.
     fn derivative(&self, base: f64, [up, down, far]: [f64; 3]) -> Derivative {
-        [(up - down) / (2.0 * self.step), (far - 3.0 * up + 3.0 * base - down).abs() / (2.0 * self.step)]
+        let left = self.runs[0].unsettled + self.runs[1].unsettled;
+        [(up - down) / (2.0 * self.step), ((far - 3.0 * up + 3.0 * base - down).abs() + left) / (2.0 * self.step)]
     }
 
     fn sensitivity(&self, parameter: Parameter, value: Option<f64>) -> Sensitivity {

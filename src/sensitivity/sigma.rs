@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::SensitivityError;
-use super::search::{Search, check, tighten};
+use super::search::{Search, check, settle};
 use super::variant::VariantRun;
 use crate::output::sigma::{PlaceSigma, RunSigma, SigmaCause};
 use crate::scene::work::image_times;
@@ -119,7 +119,7 @@ pub(super) fn uncertain_scene(
 ) -> Result<(Prepared, Vec<Parameter>, Vec<Uncertain>), SensitivityError> {
     let parameters = parameters(&prepared.scene, prepared)?;
     let mut scene = prepared.scene.clone();
-    tighten(&mut scene);
+    settle(&mut scene);
     let base = prepared.varied(scene, |_| ())?;
     let values = check(&parameters, &base)?;
     let uncertain = parameters.iter().cloned().zip(values).map(|(parameter, value)| Uncertain::new(parameter, value));

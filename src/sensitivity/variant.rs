@@ -8,13 +8,18 @@ use crate::output::frame_maker::FrameMaker;
 use crate::output::tables::NodeGroups;
 use crate::simulation::engine::{Engine, EngineError};
 use crate::simulation::image::Image;
+use crate::simulation::orbit_end::{BaseOrbit, Displacement};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::state::BetweenSteps;
 use crate::simulation::target::Target;
-use crate::simulation::warm_up::{start, start_near};
+use crate::simulation::warm_up::{pass_base_orbit, start, start_beside, start_near};
 use crate::simulation::{StepResult, run};
 
+/// Change over an orbit below which the warm-up of a run ends [K].
+pub(crate) const TOLERANCE: f64 = 2e-4;
+
 /// The results of a run.
+#[derive(Default)]
 pub(crate) struct VariantRun {
     /// Time of each step [s].
     pub(crate) times: Vec<f64>,
@@ -24,10 +29,14 @@ pub(crate) struct VariantRun {
     pub(crate) images: Vec<(Image, FrameHeader)>,
     /// Temperatures of all nodes in the order of the device [K], with their steps.
     pub(crate) nodes: Vec<(u32, Vec<f32>)>,
+    /// Largest change of a node by the last orbit of the warm-up, beyond the change in the scene as it is [K].
+    pub(crate) unsettled: f64,
 }
 
 /// What all runs share.
 pub(crate) struct VariantWalk<'a> {
+    /// Name of the run in warnings.
+    pub(crate) name: &'a str,
     pub(crate) target: &'a Target,
     /// Numbers of the images that are kept.
     pub(crate) kept: &'a [usize],
@@ -40,7 +49,59 @@ pub(crate) struct VariantWalk<'a> {
     pub(crate) warned: &'a dyn Fn(String),
 }
 
+/// The scene as it is, beside which scenes with other values are run.
+pub(super) struct BaseRun {
+    pub(super) run: VariantRun,
+    /// An orbit at its periodic state, where the scene asks for it.
+    orbit: Option<BaseOrbit>,
+}
+
+/// How far a run with other values began from the scene as it is, where that is periodic.
+pub(super) type Began = Option<Displacement>;
+
 impl VariantWalk<'_> {
+    /// Runs the scene as it is. The engine keeps its view factors, which runs of the same geometry share.
+    ///
+    /// # Errors
+    /// A run that fails, or Ctrl-C.
+    pub(super) fn run_base(&self, prepared: &Prepared) -> Result<(BaseRun, Box<dyn Engine>), SensitivityError> {
+        let mut engine = self.begin(prepared, None)?;
+        let orbit = match prepared.scene.time.periodic {
+            Some(_) => pass_base_orbit(prepared, &mut *engine, self.stop)?,
+            None => None,
+        };
+        self.check_stop()?;
+        Ok((BaseRun { run: self.run(prepared, &mut *engine)?, orbit }, engine))
+    }
+
+    /// Runs a scene with other values beside the scene as it is. `shift` is how far another such run began, and the share of that at which this one begins to
+    /// settle.
+    ///
+    /// # Errors
+    /// A run that fails, or Ctrl-C.
+    pub(super) fn run_beside(
+        &self,
+        base: Option<&BaseRun>,
+        shift: Option<(&Displacement, f64)>,
+        prepared: &Prepared,
+    ) -> Result<(VariantRun, Began), SensitivityError> {
+        let alone = || {
+            let mut engine = self.begin(prepared, None)?;
+            Ok((self.run(prepared, &mut *engine)?, None))
+        };
+        let Some(orbit) = base.and_then(|base| base.orbit.as_ref()) else { return alone() };
+        let camera = prepared.scene.camera.as_ref().filter(|_| !self.kept.is_empty());
+        let mut engine = self.target.engine(prepared, camera).map_err(EngineError::from)?;
+        let mut told = || (self.stepped)();
+        let went = start_beside(prepared, &mut *engine, (orbit, shift), (TOLERANCE, self.stop), &mut told)?;
+        self.check_stop()?;
+        let Some(periodic) = went else { return alone() };
+        periodic.warning(&format!(" of {}", self.name)).into_iter().for_each(self.warned);
+        let began = orbit.displacement(&mut *engine)?;
+        let run = self.run(prepared, &mut *engine)?;
+        Ok((VariantRun { unsettled: periodic.change, ..run }, Some(began)))
+    }
+
     /// The engine of a scene at time 0. A periodic state is sought from `near`, where that is known and fits: a network may take another plan with other values.
     pub(crate) fn begin(
         &self,
@@ -63,7 +124,7 @@ impl VariantWalk<'_> {
             }
         };
         self.check_stop()?;
-        periodic.and_then(|periodic| periodic.warning("")).into_iter().for_each(self.warned);
+        periodic.and_then(|periodic| periodic.warning(&format!(" of {}", self.name))).into_iter().for_each(self.warned);
         Ok(engine)
     }
 
@@ -71,7 +132,7 @@ impl VariantWalk<'_> {
     pub(crate) fn run(&self, prepared: &Prepared, engine: &mut dyn Engine) -> Result<VariantRun, SensitivityError> {
         let groups = NodeGroups::new(prepared)?;
         let maker = FrameMaker::new(prepared, &engine.device_name());
-        let mut ran = VariantRun { times: Vec::new(), rows: Vec::new(), images: Vec::new(), nodes: Vec::new() };
+        let mut ran = VariantRun::default();
         let steps = prepared.scene.time.steps;
         let is_kept = |step: u32| self.nodes_every.is_some_and(|every| step.is_multiple_of(every) || step == steps);
         let mut number = 0;

@@ -6,8 +6,9 @@
 
 use std::sync::atomic::Ordering;
 
-use super::engine::{Engine, EngineError, Order};
+use super::engine::{Engine, EngineError};
 use super::forward::forward;
+use super::orbit_end::{BaseOrbit, OrbitEnd};
 use super::orbits::{History, Orbits, Periodic};
 use super::parts::Passing;
 use super::prepare::Prepared;
@@ -30,36 +31,16 @@ const MOMENTS: f64 = 12.0;
 /// Most nodes of a network whose slow modes are solved. The matrix factors of a mesh grow faster than its nodes.
 const MOST_SOLVED: usize = 200_000;
 
-/// Temperatures between two orbits [K].
-struct OrbitEnd {
-    network: Option<Vec<f64>>,
-    structures: Vec<f64>,
-    drawn: Vec<f32>,
-}
-
-impl OrbitEnd {
-    fn new(engine: &mut dyn Engine) -> Result<Self, EngineError> {
-        let (network, structures) = (engine.network_temperatures()?, engine.structures()?);
-        engine.submit(None, Order { temperatures: true, ..Order::default() })?;
-        Ok(Self { network, structures, drawn: engine.deliver()?.temperatures.unwrap_or_default() })
-    }
-
-    /// Largest change of a node since an orbit ago [K]. The drawn temperatures of a network that was moved change only at the next step, so its own
-    /// temperatures are compared.
-    fn change(&self, before: &Self, prepared: &Prepared) -> f64 {
-        let drawn = |slot: &usize| prepared.network.as_ref().is_none_or(|network| !network.has(*slot));
-        let others = prepared.nodes.real().map(|(slot, _)| slot).filter(drawn);
-        let others = others.map(|slot| f64::from((before.drawn[slot] - self.drawn[slot]).abs()));
-        let network = before.network.iter().flatten().zip(self.network.iter().flatten());
-        let exact = network.chain(before.structures.iter().zip(&self.structures));
-        others.chain(exact.map(|(from, to)| (from - to).abs())).fold(0.0, f64::max)
-    }
-}
-
 impl<E: From<EngineError>> WarmUp<'_, E> {
     /// Steps orbits that end at time 0, until the largest change over an orbit is at most `tolerance` [K] or the scene's warm-up orbits are used up. The
-    /// warm-up goes on from `earlier`, where there is one. Its state is kept between two orbits.
-    pub(super) fn pass_orbits(&mut self, tolerance: f64, earlier: Option<&Orbits>) -> Result<Option<Periodic>, E> {
+    /// warm-up goes on from `earlier`, where there is one. Its state is kept between two orbits. With `beside` an orbit is to change the temperatures as much
+    /// as an orbit of that scene does, and ends where it is as far from that scene as its values make it.
+    pub(super) fn pass_orbits(
+        &mut self,
+        tolerance: f64,
+        earlier: Option<&Orbits>,
+        beside: Option<&BaseOrbit>,
+    ) -> Result<Option<Periodic>, E> {
         let (time, period) = (&self.prepared.scene.time, self.prepared.scene.orbit.period());
         let most = time.warm_up_orbits.ceil() as u32;
         let each = (period / time.warm_up_step).ceil() as u32;
@@ -68,6 +49,8 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
         let mut slow = solved.map(|network| SlowModes::new(network, period));
         let mut orbits = earlier.cloned().unwrap_or_else(|| Orbits::new(tolerance, network.is_some()));
         (0..orbits.done.orbits).for_each(|_| (self.progress)());
+        // Least change of a fine orbit before the last one.
+        let mut least = f64::INFINITY;
         while orbits.done.orbits < most && !orbits.done.is_met() {
             let steps = orbits.done.orbits.saturating_mul(each);
             let _orbit = span_with(format!("warm-up: orbit {} of at most {most}", orbits.done.orbits + 1), || {
@@ -100,15 +83,26 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
                 self.engine.set_coarse(false);
                 return Ok(None);
             }
-            let after = OrbitEnd::new(self.engine)?;
+            let mut after = OrbitEnd::new(self.engine)?;
+            if let Some(base) = beside {
+                orbits.done.tolerance = base.tolerance(&after, self.prepared).max(tolerance);
+                after = base.without_its_change(&after);
+            }
             orbits.done.orbits += 1;
             orbits.done.coarse += u32::from(orbits.coarse);
             orbits.done.change = after.change(&before, self.prepared);
-            if !orbits.done.is_met() && orbits.done.orbits < most {
-                self.move_structures(&mut orbits.structures, &before, &after)?;
-                self.move_network(&mut orbits.history, slow.as_mut(), [&before, &after], &mean)?;
-            }
             let change = orbits.done.change;
+            let stalls = beside.is_some() && change > STALLED * least;
+            if !orbits.done.is_met() && orbits.done.orbits < most && !stalls {
+                self.move_structures(&mut orbits.structures, &before, &after)?;
+                self.move_network(Some(&mut orbits.history), slow.as_mut(), [&before, &after], &mean)?;
+            } else if let Some(base) = beside {
+                self.move_network(None, slow.as_mut(), [&before, &after], &mean)?;
+                base.add_its_change(self.engine)?;
+                (self.progress)();
+                break;
+            }
+            least = if orbits.coarse { f64::INFINITY } else { least.min(orbits.last) };
             if orbits.coarse && (change <= NEAR.max(tolerance) || change > STALLED * orbits.last) {
                 // A fine orbit maps start to end temperatures in another way than a coarse orbit, so the history begins anew.
                 (orbits.coarse, orbits.history, orbits.structures) = Default::default();
@@ -120,10 +114,10 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
         Ok(Some(orbits.done))
     }
 
-    /// Moves a network towards its periodic state, after an orbit with these mean temperatures [K].
+    /// Moves a network towards its periodic state, after an orbit with these mean temperatures [K]. Earlier orbits help where there is a history.
     fn move_network(
         &mut self,
-        history: &mut History,
+        history: Option<&mut History>,
         slow: Option<&mut SlowModes>,
         [before, after]: [&OrbitEnd; 2],
         mean: &[f64],
@@ -134,7 +128,7 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
         let coupling: Option<Coupling<'_>> = self.prepared.exchange.is_some().then_some(&sent);
         let ahead = slow.and_then(|slow| slow.ahead(from, to, mean, coupling));
         let ahead = ahead.unwrap_or_else(|| to.clone());
-        let guess = history.extrapolate(from, &ahead).unwrap_or(ahead);
+        let guess = history.and_then(|history| history.extrapolate(from, &ahead)).unwrap_or(ahead);
         self.engine.set_network_temperatures(&guess)?;
         if let Some(check) = self.check.as_deref_mut() {
             let moved: Vec<f64> = guess.iter().zip(to).map(|(guess, to)| guess - to).collect();
@@ -163,7 +157,7 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
 
     /// Steps one period up to time 0, in coarse steps until near its end. The last step is shorter where the period is not a whole number of steps. Returns the
     /// mean temperatures of the network's nodes [K], from some moments of the orbit.
-    fn orbit(&mut self, coarse: bool) -> Result<Vec<f64>, EngineError> {
+    pub(super) fn orbit(&mut self, coarse: bool) -> Result<Vec<f64>, EngineError> {
         let (step, period) = (self.prepared.scene.time.warm_up_step, self.prepared.scene.orbit.period());
         let unit = self.prepared.scene.time.step;
         let mut last = self.engine.network_temperatures()?.unwrap_or_default();

@@ -167,7 +167,12 @@ impl Prepared {
         let nodes = Nodes::with_joints(&model, &areas, &materials, &part_joint);
         let (triangles, triangle_runs) = steps::by_joint(std::mem::take(&mut model.triangles), &nodes, RUN);
         let (occluders, runs) = steps::by_joint(occluders, &nodes, 1);
-        let light = SceneLight::new(&scene, &nodes, &triangles, (&occluders, &runs), &materials);
+        let like = like.filter(|like| like.nodes == nodes);
+        let light = match like {
+            // No value that varies changes the light, and the light that was found is shared.
+            Some(like) => like.light.clone(),
+            None => SceneLight::new(&scene, &nodes, &triangles, (&occluders, &runs), &materials),
+        };
         steps::check_traced(&scene, &triangles)?;
 
         progress(PrepareStage::Loads);
@@ -180,7 +185,7 @@ impl Prepared {
         let network = steps::network(&mut scene, shell, &parts, &nodes, &probes, &materials)?;
         warnings.extend(network.iter().flat_map(|network| network.remarks()));
         progress(PrepareStage::Patches);
-        let like = like.filter(|like| like.nodes == nodes).and_then(|like| like.exchange.as_ref());
+        let like = like.and_then(|like| like.exchange.as_ref());
         let exchange = steps::exchange(&scene, &nodes, &triangles, network.as_deref(), &materials, like)?;
         warnings.extend(exchange.iter().flat_map(|craft| craft.warnings()));
         Ok(Self {

@@ -1,11 +1,12 @@
 //! The warm-up: brings engine and check to the state at time 0.
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::check::Check;
 use super::engine::{Engine, EngineError};
 use super::forward::forward;
 use super::keep::{Keep, KeepNothing};
+use super::orbit_end::{BaseOrbit, Displacement, OrbitEnd};
 use super::orbits::{Orbits, Periodic};
 use super::parts::Passing;
 use super::prepare::Prepared;
@@ -59,6 +60,43 @@ pub(crate) fn start_near(
     WarmUp { prepared, engine, check: None, stop, progress, keep: &mut KeepNothing }.run(saved.as_ref())
 }
 
+/// Takes an engine at its periodic state at time 0 through one more orbit. Returns `None` where it was stopped.
+///
+/// # Errors
+/// A call that fails.
+pub(crate) fn pass_base_orbit(
+    prepared: &Prepared,
+    engine: &mut dyn Engine,
+    stop: &AtomicBool,
+) -> Result<Option<BaseOrbit>, EngineError> {
+    let (state, start) = (BetweenSteps::capture(0, engine, None)?, OrbitEnd::new(engine)?);
+    WarmUp::<EngineError> { prepared, engine, check: None, stop, progress: &mut || (), keep: &mut KeepNothing }
+        .orbit(false)?;
+    let end = OrbitEnd::new(engine)?;
+    Ok((!stop.load(Ordering::Relaxed)).then_some(BaseOrbit { state, start, end }))
+}
+
+/// Brings the engine of a scene with other values to time 0, as far from the scene as it is as these values make it. A network and structures begin moved by
+/// so many times a displacement. Returns `None` where the state of the scene as it is does not fit: a network may take another plan with other values.
+///
+/// # Errors
+/// A call that fails.
+pub(crate) fn start_beside(
+    prepared: &Prepared,
+    engine: &mut dyn Engine,
+    (base, shift): (&BaseOrbit, Option<(&Displacement, f64)>),
+    (tolerance, stop): (f64, &AtomicBool),
+    progress: &mut dyn FnMut(),
+) -> Result<Option<Periodic>, EngineError> {
+    if base.restore(engine, shift).is_err() {
+        return Ok(None);
+    }
+    let mut warm_up = WarmUp::<EngineError> { prepared, engine, check: None, stop, progress, keep: &mut KeepNothing };
+    let went = warm_up.pass_orbits(tolerance, Some(&Orbits::new(tolerance, false)), Some(base))?;
+    give_back_freed_memory();
+    Ok(went)
+}
+
 /// A warm-up of an engine and its check.
 pub(crate) struct WarmUp<'a, E> {
     pub(crate) prepared: &'a Prepared,
@@ -83,7 +121,7 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
             None => self.settle()?,
         }
         let went = match self.prepared.scene.time.periodic {
-            Some(tolerance) => self.pass_orbits(tolerance, earlier.and_then(|saved| saved.orbits.as_ref()))?,
+            Some(tolerance) => self.pass_orbits(tolerance, earlier.and_then(|saved| saved.orbits.as_ref()), None)?,
             None => {
                 self.pass(earlier.map_or(0, |saved| saved.state.next))?;
                 None

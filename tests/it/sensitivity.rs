@@ -136,6 +136,44 @@ fn two_plates_depend_on_their_contact_and_heater_as_the_closed_form_says() {
     }
 }
 
+/// A heater of 300 W below a blanket of 4 m2, with a contact of 1.5 W/K from the same structure to a bare radiator. A share of the heat leaves through the blanket.
+#[test]
+fn a_blanket_over_a_heater_depends_on_its_emittance_as_the_balances_say() {
+    let own = "emissivity = 0.8\nheat_capacity_per_area = 2430\nconductivity = 1e5\nthickness = 0.01\nsides = \"outside\"\nresponse = \"network\"\n";
+    let over = "over = { effective_emittance = 0.05, thickness = 0.01, density = 200, specific_heat = 100, conductivity = 1e5 }\n";
+    let rest = "[[heater]]\npart = \"hot\"\npower = 300\n\
+                [[contact]]\nbetween = [\"hot\", \"cold\"]\nconductance = 1.5\ndistance = 0.3\n";
+    let hot = format!("{own}{over}");
+    let text = scene(&[("hot", &hot), ("cold", own)], DARK, rest).replace("draw_every = 5", PERIODIC);
+    let folder = squares(&text, &[("hot", [0.0; 3], true), ("cold", [2.2, 0.0, 0.0], true)]);
+    folder.write("p.toml", &parameter("vary = \"effective_emittance\"\nmaterial = \"h*\"\nrange = [0.02, 0.08]"));
+    succeed(folder.0.path(), &["sensitivity", "scene.toml", "--parameters", "p.toml", "-o", "out"]);
+    // Temperatures of the cover and of the radiator, from the temperature of the structure that balances the heater.
+    let balance = |emittance: f64| {
+        let (radiation, blanket) = (0.8 * STEFAN_BOLTZMANN * 4.0, emittance * STEFAN_BOLTZMANN * 4.0);
+        let (mut low, mut high) = (100.0f64, 2000.0);
+        let mut solved = [0.0; 2];
+        for _ in 0..200 {
+            let structure = 0.5 * (low + high);
+            let cover = structure * (blanket / (blanket + radiation)).powf(0.25);
+            let mut cold = 200.0f64;
+            for _ in 0..100 {
+                let off = 1.5 * (structure - cold) - radiation * cold.powi(4);
+                cold += off / (1.5 + 4.0 * radiation * cold.powi(3));
+            }
+            solved = [cover, cold];
+            if radiation * (cover.powi(4) + cold.powi(4)) > 300.0 { high = structure } else { low = structure }
+        }
+        solved
+    };
+    let [more, less] = [1.001, 0.999].map(|times| balance(0.05 * times));
+    for (place, index) in [("hot", 0), ("cold", 1)] {
+        let known = (more[index] - less[index]) / 0.002;
+        assert!(known.abs() > 2.0, "{known}");
+        assert_all(&rows(folder.0.path(), "effective_emittance of h*", place), known, 0.005 * known.abs());
+    }
+}
+
 /// The craft in its own shadow and radiation. A scene file with another value is prepared and run without anything that runs of a search share.
 #[test]
 fn derivatives_are_differences_of_scenes_with_other_values() {
