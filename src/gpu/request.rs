@@ -52,6 +52,8 @@ pub struct Request<'a> {
     pub traced: Option<TracedTree<'a>>,
     /// How the crop of a craft that is far away is put into the pixels. The views then show the crop.
     pub distant: Option<layout::Distant>,
+    /// What light of their own adds to the temperatures of pixels: the values of `PixelChanges`. Without them all pixels show their nodes.
+    pub(crate) changes: Option<&'a [[f32; 2]]>,
     /// Heaters of a network that the frame steps.
     pub heating: Option<Heating<'a>>,
     /// Whether the temperatures before the step are kept, for images between them and those after it.

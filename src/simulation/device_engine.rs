@@ -15,6 +15,7 @@ use super::engine_state::{DeviceEngineState, EngineState};
 use super::exchange_device::DeviceExchange;
 use super::exchange_poses::RowsBetween;
 use super::given::GivenTemperatures;
+use super::image::Image;
 use super::network::NetworkRun;
 use super::prepare::Prepared;
 use super::surroundings::{Finishes, MappedPlanet};
@@ -147,7 +148,9 @@ impl Engine for DeviceEngine {
         }
         let camera = self.camera.as_ref();
         let (views, distant) = camera.map(|camera| camera.drawn(&order)).unwrap_or_default();
+        let changes = camera.and_then(|camera| camera.changes(&order)).map(Arc::new);
         let image = camera.and_then(|camera| camera.image(&order));
+        let image = image.map(|image| Image { changes: changes.clone(), ..image });
         let shutters = camera.map(|camera| camera.shutters(&order)).unwrap_or_default();
         if let Some(around) = &order.surroundings {
             self.finishes.look_at(around);
@@ -173,6 +176,7 @@ impl Engine for DeviceEngine {
             planet,
             traced: order.pose.as_ref().and(finishes.traced.as_ref()).map(|traced| traced.told(order.time)),
             distant,
+            changes: changes.as_ref().map(|changes| &changes.values[..]),
             heating: powers.as_ref().map(|(start, powers)| Heating { start: *start, powers }),
             keep,
             between: order.between.map(|share| share as f32),

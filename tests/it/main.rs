@@ -52,6 +52,7 @@ mod one_pass;
 mod orbit;
 mod paper;
 mod pictures;
+mod pixel_light;
 mod plates;
 mod program;
 mod properties;
