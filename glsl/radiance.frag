@@ -2,7 +2,8 @@
 // Band radiance of a pixel: emissivity of the visible face times blackbody radiance at the interpolated temperature.
 // With REFLECTIONS the face also reflects the planet, deep space and the Sun. With TABLES its emissivity depends on angle
 // and temperature. With MAP the planet is not uniform. With TRACED it tells traced.comp
-// what it shows. With APART the alpha channel is the reflected part.
+// what it shows. With APART the alpha channel is the reflected part. With IN_PIXELS light of their own changes the temperature
+// of some pixels.
 
 #include "types.glsl"
 #include "planck.glsl"
@@ -36,6 +37,11 @@ layout(location = 2) in vec3 normal;
 #endif
 #else
 layout(set = 0, binding = 7) readonly buffer MaterialsBlock { Material materials[]; };
+#endif
+
+#ifdef IN_PIXELS
+// The width of the image, or 0 where nothing changes; then for each pixel the change, and the part + 1 for which it holds.
+layout(set = 0, binding = 19) readonly buffer PixelChangesBlock { vec2 pixel_changes[]; };
 #endif
 
 #ifdef MULTIPLE
@@ -103,6 +109,12 @@ void main() {
     if (abs(temperature - corner_temperature) <= INTERPOLATION_ERROR * corner_temperature) {
         temperature = corner_temperature;
     }
+#ifdef IN_PIXELS
+    uint width = uint(pixel_changes[0].x);
+    uint pixel = uint(gl_FragCoord.y) * width + uint(gl_FragCoord.x);
+    vec2 change = pixel_changes[width == 0u ? 0u : 1u + pixel];
+    temperature += change.y == float(part + 1u) ? change.x : 0.0;
+#endif
 #ifdef FINISHED
     vec3 sight = vec3(temperature_depth.zw, temperature_depth.y);
     vec3 across = normal;

@@ -5,6 +5,7 @@
 //! in perspective without dividing by the depth of a vertex. A triangle may therefore cross the camera's plane, and the near plane is a test of z alone.
 //! Every sample of a pixel has its own ray, through the distortion of the lens.
 
+pub(crate) mod changes;
 pub(crate) mod distant;
 mod light;
 mod surface;
@@ -17,6 +18,7 @@ mod view;
 use glam::DVec2;
 use rayon::prelude::*;
 
+use changes::PixelChanges;
 use light::SampleLight;
 pub use surface::Pixel;
 pub use surface::RasterSurface;
@@ -35,6 +37,16 @@ const BLOCK: usize = 16;
 /// Draws both faces of a surface with a depth test, rows from the top. `radiance` gives the blackbody radiance in the band [W m-2 sr-1] at a temperature
 /// [K].
 pub fn rasterise(surface: &RasterSurface, view: &RasterView, radiance: impl Fn(f64) -> f64 + Sync) -> Vec<Pixel> {
+    rasterise_changed(surface, view, None, radiance)
+}
+
+/// The same with changes of the temperature in pixels.
+pub(crate) fn rasterise_changed(
+    surface: &RasterSurface,
+    view: &RasterView,
+    changes: Option<&PixelChanges>,
+    radiance: impl Fn(f64) -> f64 + Sync,
+) -> Vec<Pixel> {
     let traced = surface.around.as_ref().and_then(|around| around.traced);
     let gathered = view.lens.is_pinhole();
     let pattern = if traced.is_some() && !gathered {
@@ -42,7 +54,7 @@ pub fn rasterise(surface: &RasterSurface, view: &RasterView, radiance: impl Fn(f
     } else {
         SamplePattern { places: places(view.samples).to_vec(), texels: [1; 2], gathered }
     };
-    draw_pixels(surface, view, (pattern, &mut []), radiance)
+    draw_pixels(surface, (view, changes), (pattern, &mut []), radiance)
 }
 
 /// Where the samples of a pixel lie.
@@ -70,14 +82,14 @@ pub(crate) fn rasterise_finely(
 ) -> (Vec<Pixel>, Vec<f64>) {
     let mut texels = vec![0.0; view.width as usize * view.height as usize * fineness * fineness];
     let pattern = SamplePattern::centres_of([fineness as u32; 2]);
-    let pixels = draw_pixels(surface, view, (pattern, &mut texels), radiance);
+    let pixels = draw_pixels(surface, (view, None), (pattern, &mut texels), radiance);
     (pixels, texels)
 }
 
 /// Draws with samples at these places of a pixel, and writes the radiance of each sample where it is wanted. The samples are then texels of a square grid.
 fn draw_pixels(
     surface: &RasterSurface,
-    view: &RasterView,
+    (view, changes): (&RasterView, Option<&PixelChanges>),
     (pattern, texels): (SamplePattern, &mut [f64]),
     radiance: impl Fn(f64) -> f64 + Sync,
 ) -> Vec<Pixel> {
@@ -115,6 +127,10 @@ fn draw_pixels(
         let light = SampleLight { surface, view, texels: of_pixel, radiance: &radiance };
         let drawn = samples.chunks_mut(each).zip(shown.chunks(each)).zip(rays.chunks(each));
         for (column, (pixel, ((samples, shown), rays))) in pixels.iter_mut().zip(drawn).enumerate() {
+            let pixel_number = row * width + column;
+            for sample in samples.iter_mut().filter(|sample| sample.part > 0) {
+                sample.temperature += changes.map_or(0.0, |all| f64::from(all.of(pixel_number, sample.part)));
+            }
             for (((sample, shown), ray), place) in samples[..counted].iter_mut().zip(shown).zip(rays).zip(&places) {
                 light.shine(sample, *shown, *ray, [column as f64 + place[0], row as f64 + place[1]]);
             }

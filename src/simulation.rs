@@ -39,6 +39,7 @@ pub(crate) mod orbit_end;
 pub(crate) mod orbits;
 pub(crate) mod parts;
 pub(crate) mod periodic;
+pub(crate) mod pixel_light;
 pub(crate) mod pose;
 pub(crate) mod prepare;
 pub(crate) mod prepare_error;
@@ -234,6 +235,7 @@ fn submit_part(
     let moments = moments(prepared, end, None);
     let moments = moments.as_ref().filter(|_| pose.is_some()).map(|moments| ImageMoments(moments));
     let surroundings = pose.and_then(|pose| surroundings_at(prepared, end, &pose));
+    let past = pose.and_then(|_| prepared.past_light(end));
     let order = Order {
         pose,
         joints: &joints,
@@ -245,6 +247,7 @@ fn submit_part(
         time: end,
         number: None,
         surroundings,
+        past: past.as_ref(),
     };
     engine.submit(advance, order)?;
     let reference = check.map(|check| {
@@ -388,10 +391,12 @@ pub(crate) fn submit_image(
     let moments = moments(prepared, time, Some(number));
     let moments = moments.as_ref().map(|moments| ImageMoments(moments));
     let surroundings = pose.and_then(|pose| surroundings_at(prepared, time, &pose));
+    let past = pose.and_then(|_| prepared.past_light(time));
     let order = Order {
         pose,
         joints: &joints,
         moments,
+        past: past.as_ref(),
         between: Some(place.share(time)),
         surroundings,
         time,
@@ -430,7 +435,9 @@ pub fn still(
     let moments = moments(prepared, time, None);
     let moments = moments.as_ref().map(|moments| ImageMoments(moments));
     let surroundings = pose.and_then(|pose| surroundings_at(prepared, time, &pose));
-    engine.submit(None, Order { pose, joints: &joints, moments, surroundings, time, ..Order::default() })?;
+    let past = pose.and_then(|_| prepared.past_light(time));
+    let past = past.as_ref();
+    engine.submit(None, Order { pose, joints: &joints, moments, surroundings, past, time, ..Order::default() })?;
     let delivered = engine.deliver()?;
     Ok(Some(StepResult { step: whole as u32, image: None, time, pose, delivered, budgets: None }))
 }

@@ -21,6 +21,7 @@ mod tree;
 
 pub(crate) use jointed::Jointed;
 pub(crate) use kept_light::KeptLight;
+pub(crate) use lit_area::NodesInSun;
 pub use lit_area::{Lit, LitAreas};
 pub(crate) use lit_corners::CornerLight;
 pub(crate) use lit_surface::{LitNode, LitSurface};

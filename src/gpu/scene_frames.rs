@@ -87,6 +87,11 @@ impl SceneFrames {
         width * height
     }
 
+    /// Whether pixels of foil may have light of their own.
+    pub(crate) fn has_pixel_changes(&self) -> bool {
+        self.draws && self.shows.in_pixels
+    }
+
     /// What the frame of a request does. `views` get the motion that culling tolerates, and `lit` tells that sunlight was found
     /// anew.
     pub(crate) fn recipe(&mut self, request: &Request<'_>, views: &mut [View], lit: bool) -> Recipe {

@@ -109,7 +109,7 @@ pub(super) fn project(surface: &RasterSurface, view: &RasterView, triangle: [u32
 }
 
 /// Rays that may meet a triangle, from its corners clipped at the near plane.
-fn bounds(near: f64, corners: [DVec3; 3]) -> RayBounds {
+pub(super) fn bounds(near: f64, corners: [DVec3; 3]) -> RayBounds {
     let mut bounds = RayBounds::NONE;
     for i in 0..3 {
         let (from, to) = (corners[i], corners[(i + 1) % 3]);

@@ -71,7 +71,7 @@ pub(super) const ATTITUDE: &[&str] = &[
 ];
 pub(super) const ENVIRONMENT: &[&str] =
     &["solar_constant", "albedo", "planet_ir", "planet_radius", "background_temperature", "eclipse"];
-pub(super) const SHADOWS: &[&str] = &["spacing", "redraw_angle_deg", "method", "resolution"];
+pub(super) const SHADOWS: &[&str] = &["spacing", "redraw_angle_deg", "in_pixels", "method", "resolution"];
 pub(super) const EXCHANGE: &[&str] =
     &["rays", "patch_edge", "bounces", "redraw_angle_deg", "specular_sunlight", "hold"];
 pub(super) const JOINT: &[&str] = &[

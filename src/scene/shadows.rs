@@ -14,11 +14,13 @@ pub struct ShadowSettings {
     pub spacing: Option<f64>,
     /// Turn of the Sun or of a joint against the craft after which light is found anew [rad].
     pub redraw_angle: f64,
+    /// Whether images show the edges of shadows on foil in pixels, where nodes show them in triangles.
+    pub in_pixels: bool,
 }
 
 impl Default for ShadowSettings {
     fn default() -> Self {
-        Self { spacing: None, redraw_angle: REDRAW_ANGLE_DEG.to_radians() }
+        Self { spacing: None, redraw_angle: REDRAW_ANGLE_DEG.to_radians(), in_pixels: true }
     }
 }
 
@@ -45,5 +47,6 @@ pub(super) fn read(
             .number("redraw_angle_deg", Quantity::within(0.0, 90.0, "deg"))?
             .unwrap_or(REDRAW_ANGLE_DEG)
             .to_radians(),
+        in_pixels: section.boolean("in_pixels")?.unwrap_or(true),
     }))
 }

@@ -15,6 +15,7 @@ use super::engine_state::{DeviceEngineState, EngineState};
 use super::exchange_device::DeviceExchange;
 use super::exchange_poses::RowsBetween;
 use super::given::GivenTemperatures;
+use super::image::Image;
 use super::network::NetworkRun;
 use super::prepare::Prepared;
 use super::surroundings::{Finishes, MappedPlanet};
@@ -123,7 +124,9 @@ impl DeviceEngine {
         }
         let camera = self.camera.as_ref();
         let (views, distant) = camera.map(|camera| camera.drawn(order)).unwrap_or_default();
+        let changes = camera.and_then(|camera| camera.changes(order)).map(Arc::new);
         let image = camera.and_then(|camera| camera.image(order));
+        let image = image.map(|image| Image { changes: changes.clone(), ..image });
         let rolling_sky = camera.and_then(|camera| camera.rolling_sky(order));
         let shutters = camera.map(|camera| camera.shutters(order)).unwrap_or_default();
         if let Some(around) = &order.surroundings {
@@ -149,6 +152,7 @@ impl DeviceEngine {
             planet,
             traced: order.pose.as_ref().and(finishes.traced.as_ref()).map(|traced| traced.told(order.time)),
             distant,
+            changes: changes.as_ref().map(|changes| &changes.values[..]),
             heating: powers.as_ref().map(|(start, powers)| Heating { start: *start, powers }),
             keep,
             between: order.between.map(|share| share as f32),

@@ -7,6 +7,7 @@ use super::engine_state::EngineState;
 use super::exchange_poses::RowsBetween;
 use super::image::Image;
 use super::network::{NetworkRun, StepCost};
+use super::pixel_light::PastLight;
 use super::prepare::Prepared;
 use crate::environment::StepLoad;
 use crate::environment::shadow::Lit;
@@ -74,6 +75,8 @@ pub struct Order<'a> {
     pub number: Option<u32>,
     /// What surrounds the craft in the image, in the axes of the camera. `None` where no pixel shows it.
     pub surroundings: Option<Surroundings>,
+    /// The light up to the time of the image, where pixels have light of their own.
+    pub(crate) past: Option<&'a PastLight>,
 }
 
 impl Order<'_> {

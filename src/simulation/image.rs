@@ -1,7 +1,10 @@
 //! An image as plain lists of numbers, one for each quantity.
 
+use std::sync::Arc;
+
 use glam::DAffine3;
 
+use crate::raster::changes::PixelChanges;
 use crate::scene::Camera;
 use crate::thermal::budget::CAUSES;
 
@@ -52,6 +55,8 @@ pub struct Image {
     pub counts: Option<Vec<u16>>,
     /// What the camera sees in several bands.
     pub bands: BandImages,
+    /// What light of their own adds to the temperatures of pixels. `None` where all pixels show their nodes.
+    pub(crate) changes: Option<Arc<PixelChanges>>,
 }
 
 /// What a camera with several bands sees.
@@ -103,6 +108,7 @@ impl Image {
             digital_numbers: None,
             counts: None,
             bands: BandImages::default(),
+            changes: None,
         }
     }
 

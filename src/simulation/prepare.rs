@@ -9,6 +9,7 @@ use super::given::GivenTemperatures;
 use super::joints;
 use super::light::SceneLight;
 use super::network::{self, SceneNetwork};
+use super::pixel_light::{PastLight, PixelLight};
 use super::prepare_error::{PrepareError, PrepareStage};
 use super::prepare_names;
 use super::prepare_steps::{self as steps, Dense, SceneHashes};
@@ -69,6 +70,8 @@ pub struct Prepared {
     pub triangle_runs: Vec<TriangleRun>,
     /// The surface that the Sun lights, and how its light is found.
     pub(crate) light: SceneLight,
+    /// Foil whose pixels have light of their own, where the scene has any.
+    pixel_light: Option<Arc<PixelLight>>,
     /// Area of the model, and the result of merging its edges.
     pub model: ModelSummary,
     /// Loads of any step: Sun, planet and albedo.
@@ -188,7 +191,12 @@ impl Prepared {
         let like = like.and_then(|like| like.exchange.as_ref());
         let exchange = steps::exchange(&scene, &nodes, &triangles, network.as_deref(), &materials, like)?;
         warnings.extend(exchange.iter().flat_map(|craft| craft.warnings()));
+        let lit = light.lit_areas(&nodes, &materials, nodes.real().map(|(slot, _)| slot));
+        let moves = !loads.joints().is_empty();
+        let pixel_light =
+            PixelLight::new(&scene, (&nodes, &triangles), &materials, (lit, network.as_ref()), moves).map(Arc::new);
         Ok(Self {
+            pixel_light,
             exchange,
             network,
             given,
@@ -259,6 +267,16 @@ impl Prepared {
     /// The lit areas of some nodes. `None` where there is no Sun, or where normals tell the light.
     pub fn lit_areas(&self, slots: impl Iterator<Item = usize>) -> Option<LitAreas> {
         self.light.lit_areas(&self.nodes, &self.materials, slots)
+    }
+
+    /// The light up to the time of an image [s], where pixels have light of their own and the craft's way there is known.
+    pub(crate) fn past_light(&self, time: f64) -> Option<PastLight> {
+        self.pixel_light.as_ref().and_then(|light| light.past(&self.loads, &self.materials, time))
+    }
+
+    /// Whether some pixels have light of their own.
+    pub(crate) fn has_pixel_light(&self) -> bool {
+        self.pixel_light.is_some()
     }
 
     /// Nodes with a structure below them that is no node of the network.

@@ -237,6 +237,7 @@ impl Finishes {
             tables: !tables.is_empty(),
             map: planet.is_some(),
             crinkled: !crinkled.is_empty(),
+            in_pixels: prepared.has_pixel_light(),
         };
         let rounded = |face: &BandReflector| layout::Reflector {
             emissivity: face.emissivity as f32,

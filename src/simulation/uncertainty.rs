@@ -381,13 +381,15 @@ impl<'a> Uncertainty<'a> {
         PlaceBalance::new(&self.constants[node], self.surface.areas[node], temperature, temperature.powi(4))
     }
 
-    /// Error of each corner of each triangle [K].
-    fn of_corners(&self) -> Vec<f64> {
+    /// Error of each corner of each triangle [K], `between` nodes or of what the nodes show alone.
+    fn of_corners(&self, between: bool) -> Vec<f64> {
         let state = &self.state;
         let square = |corner: usize| state.deviations[corner].powi(2) + state.spreads[corner].powi(2);
         let mut own = vec![0.0; self.constants.len()];
-        for (corner, node) in self.prepared.triangles.as_flattened().iter().enumerate() {
-            own[*node as usize] += self.surface.corners[corner].area * square(corner);
+        if between {
+            for (corner, node) in self.prepared.triangles.as_flattened().iter().enumerate() {
+                own[*node as usize] += self.surface.corners[corner].area * square(corner);
+            }
         }
         let own: Vec<f64> = own
             .iter()
@@ -403,7 +405,8 @@ impl<'a> Uncertainty<'a> {
             [0, 1, 2].map(|place| {
                 let node = self.prepared.triangles[number][place] as usize;
                 let reached = reached.get(node).copied().unwrap_or(0.0);
-                (0.5 * (own[place] + mean) + reached + state.nodes[node].square()).sqrt()
+                let between = if between { 0.5 * (own[place] + mean) } else { 0.0 };
+                (between + reached + state.nodes[node].square()).sqrt()
             })
         };
         let errors: Vec<[f64; 3]> = (0..self.prepared.triangles.len()).into_par_iter().map(of_triangle).collect();

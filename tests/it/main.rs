@@ -54,6 +54,7 @@ mod one_pass;
 mod orbit;
 mod paper;
 mod pictures;
+mod pixel_light;
 mod plates;
 mod program;
 mod properties;

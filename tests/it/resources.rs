@@ -61,6 +61,7 @@ pub fn radiance_variants() -> Vec<RadianceVariant> {
     }
     all.extend([false, true].map(|sun| RadianceVariant { background: true, map: true, sun, ..plain }));
     let crinkled = RadianceVariant { reflections: true, crinkled: true, ..plain };
+    all.push(RadianceVariant { in_pixels: true, ..plain });
     all.iter().flat_map(|shows| [*shows, RadianceVariant { tables: true, ..*shows }]).chain([crinkled]).collect()
 }
 

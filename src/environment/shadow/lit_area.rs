@@ -23,8 +23,10 @@ use super::kept_light::{KeptLight, KeptSet, on_grid};
 use super::lit_corners::{CornerLight, FacingCorners, JointView};
 use super::lit_surface::{Cells, Group, LitNode, LitSurface};
 use super::outline::{Face, Region};
+use super::rays::Occluders;
+use super::redraw::sun_of;
 use super::sunlit::LitArea;
-use super::sunward::{Above, Hiding, Sunward, axes};
+use super::sunward::{Above, Caster, Hiding, Sunward, axes};
 use crate::environment::StepLoad;
 use crate::trace::span;
 
@@ -57,6 +59,19 @@ impl Lit {
         slots.zip(&known.areas).for_each(|(slot, area)| self.areas[slot] = *area);
         self.by_rays = known.by_rays;
     }
+}
+
+/// The light of nodes under one Sun.
+#[derive(Debug)]
+pub(crate) struct NodesInSun {
+    /// Unit vector to the Sun, body frame.
+    pub(crate) sun: DVec3,
+    /// Poses of the joints.
+    pub(crate) poses: Vec<DAffine3>,
+    /// Lit area of each node.
+    pub(crate) lit: Vec<LitArea>,
+    /// The same if nothing hid the Sun.
+    pub(crate) open: Vec<LitArea>,
 }
 
 /// Finds the lit areas of a set of nodes.
@@ -123,17 +138,49 @@ impl LitAreas {
             let _finds = span("finding the light");
             return Some(self.under(sun, &load.joints));
         };
-        let place = on_grid(sun, &load.joints);
-        let views = self.joint_views(place.0, &place.1);
-        let open = |corners: &mut FacingCorners, index: usize| {
-            let view = &views[self.cells.nodes[index].joint as usize];
-            self.light_open_node(index, self.in_plane[index], view, corners)
+        Some(self.kept_under(kept, &on_grid(sun, &load.joints)))
+    }
+
+    /// The light of a load, whatever light was found last. `None` where the load is dark.
+    pub(crate) fn beside(&self, load: &StepLoad) -> Option<NodesInSun> {
+        let place = on_grid(sun_of(load)?, &load.joints);
+        let lit = match &self.kept {
+            Some(kept) => self.kept_under(kept, &place),
+            None => self.under(place.0, &place.1),
         };
+        let views = self.joint_views(place.0, &place.1);
+        let open = |corners: &mut FacingCorners, index: usize| self.open_node(&views, index, corners);
+        let open = (0..lit.len()).into_par_iter().map_init(FacingCorners::default, open).collect();
+        Some(NodesInSun { sun: place.0, poses: place.1, lit, open })
+    }
+
+    /// Kept light of a place of the grid, found where it is not kept.
+    fn kept_under(&self, kept: &KeptSet, place: &(DVec3, Vec<DAffine3>)) -> Vec<LitArea> {
+        let views = self.joint_views(place.0, &place.1);
+        let open = |corners: &mut FacingCorners, index: usize| self.open_node(&views, index, corners);
         let find = || {
             let _finds = span("finding the light");
             self.under(place.0, &place.1)
         };
-        Some(kept.get_or_find(&self.cells.nodes, &place, open, find))
+        kept.get_or_find(&self.cells.nodes, place, open, find)
+    }
+
+    /// Lit area of a node that nothing hides, under the Sun as each joint sees it.
+    fn open_node(&self, views: &[JointView], index: usize, corners: &mut FacingCorners) -> LitArea {
+        self.light_open_node(index, self.in_plane[index], &views[self.cells.nodes[index].joint as usize], corners)
+    }
+
+    /// The triangles that cast shadows, with the joints in these poses.
+    pub(crate) fn occluders(&self, poses: &[DAffine3]) -> Occluders {
+        let pose = |joint: u32| poses.get(joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
+        let casters = &self.surface.casters;
+        let placed = |caster: &Caster| {
+            let pose = pose(caster.joint);
+            caster.triangles().flatten().map(move |at| pose.transform_point3(at)).collect::<Vec<_>>()
+        };
+        let positions: Vec<DVec3> = casters.iter().flat_map(placed).collect();
+        let triangles: Vec<[u32; 3]> = (0..positions.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+        Occluders::new(&positions, &triangles)
     }
 
     /// Lit area of each node under a Sun (unit vector, body frame), with joints in these poses.

@@ -83,7 +83,7 @@ fn corners_of([low, high]: [DVec3; 2]) -> impl Iterator<Item = DVec3> {
 }
 
 /// Mean direction of a load's sunlight. `None` where it is dark.
-fn sun_of(load: &StepLoad) -> Option<DVec3> {
+pub(super) fn sun_of(load: &StepLoad) -> Option<DVec3> {
     load.sun.iter().map(|sample| sample.direction * sample.flux).sum::<DVec3>().try_normalize()
 }
 

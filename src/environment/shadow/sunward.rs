@@ -26,7 +26,7 @@ struct OutlineBox {
 /// Triangles of one joint that cast shadows.
 #[derive(Debug, Clone)]
 pub(crate) struct Caster {
-    joint: u32,
+    pub(super) joint: u32,
     /// Corners of each triangle [m], and whether it belongs to a closed body; in the order of the tree.
     triangles: Vec<([DVec3; 3], bool)>,
     tree: Tree,
@@ -48,6 +48,11 @@ impl Caster {
         };
         let triangles = tree.order.iter().map(triangle).collect();
         Self { joint, triangles, tree, start }
+    }
+
+    /// Corners of each triangle in the frame of the joint [m].
+    pub(super) fn triangles(&self) -> impl Iterator<Item = [DVec3; 3]> {
+        self.triangles.iter().map(|(corners, _)| *corners)
     }
 }
 

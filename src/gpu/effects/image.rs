@@ -145,8 +145,12 @@ fn draw(frame: &mut Frame, image: &ImageRecipe, shown: &'static Resource, place:
     // A mean takes the place of the radiance of single samples.
     let single = match image.sampled {
         // The sky stands behind the pixels, not behind the texels of a crop.
-        Some(Sampled { distance: Distance::Far, .. }) => RadianceVariant { background: false, ..shows },
+        Some(Sampled { distance: Distance::Far, .. }) => {
+            RadianceVariant { background: false, in_pixels: false, ..shows }
+        }
         _ if mean.is_some() => RadianceVariant::PLAIN,
+        // The texels of a finer image are no pixels.
+        Some(Sampled { lens: true, .. }) => RadianceVariant { in_pixels: false, ..shows },
         _ => shows,
     };
     let mut passes = vec![draw_pass(single, (None, place), shutter, shown)];
@@ -305,6 +309,7 @@ fn craft_shaders(shows: RadianceVariant, mean: Option<u32>, gathered: bool, shut
         (shows.reflections && shows.map, "map"),
         (mean.is_some(), "mean"),
         (several, "multiple"),
+        (shows.in_pixels && mean.is_none(), "in_pixels"),
     ];
     let mut fragment = Shader::with("radiance.frag", &words);
     fragment.words.extend(shutter.filter(|_| shows.reflections).map(RowOf::words).unwrap_or_default());

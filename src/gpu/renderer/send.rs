@@ -3,7 +3,7 @@
 use super::Renderer;
 use crate::gpu::effects::exchange::{MIRRORS, POSES};
 use crate::gpu::effects::image::resources::{
-    DISTANT, LOBES, PLANET_MEANS, PLANET_VIEW, SHUTTER, SHUTTER_SKY, SURROUNDINGS, VIEW,
+    DISTANT, LOBES, PIXEL_CHANGES, PLANET_MEANS, PLANET_VIEW, SHUTTER, SHUTTER_SKY, SURROUNDINGS, VIEW,
 };
 use crate::gpu::effects::sensor::SETTINGS;
 use crate::gpu::effects::thermal::load::DeviceLoad;
@@ -58,6 +58,10 @@ impl Renderer {
                 resources.write(&TRACE_TRIANGLES, slot, traced.triangles)?;
                 self.trees[slot] = Some(traced.version);
             }
+        }
+        if scene.has_pixel_changes() && !request.views.is_empty() {
+            // Without a width there are none.
+            resources.write(&PIXEL_CHANGES, slot, request.changes.unwrap_or(&[[0.0; 2]]))?;
         }
         if let Some((view, means)) = request.planet {
             resources.write(&PLANET_VIEW, slot, &[view])?;

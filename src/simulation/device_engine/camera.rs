@@ -4,13 +4,14 @@ use glam::DAffine3;
 
 use crate::gpu::effects::image::sampling::Sampling;
 use crate::gpu::layout;
+use crate::raster::changes::PixelChanges;
 use crate::scene::{Camera, MotionBlur};
 use crate::simulation::distant::{DistantParts, told};
 use crate::simulation::engine::{ImageMoments, InstantPoses, Order};
 use crate::simulation::image::Image;
 use crate::simulation::pose::draws_alike;
 use crate::simulation::prepare::Prepared;
-use crate::simulation::viewpoint::{device_view, rolling, rolling_sky, source_view};
+use crate::simulation::viewpoint::{device_view, raster_view, rolling, rolling_sky, source_view};
 
 /// A camera and how a device makes its image.
 pub(super) struct DeviceCamera {
@@ -63,6 +64,12 @@ impl DeviceCamera {
             Some((views, distant)) => (views, Some(distant)),
             None => (self.views(order).unwrap_or_default(), None),
         }
+    }
+
+    /// What light of their own adds to pixels. `None` where an image is not drawn pixel by pixel from one pose, at one instant.
+    pub(crate) fn changes(&self, order: &Order<'_>) -> Option<PixelChanges> {
+        let past = order.past.filter(|_| self.draws_pixels() && order.moments.is_none() && self.crop(order).is_none())?;
+        past.changes(&raster_view(&self.camera, order.pose.as_ref()?), order.joints)
     }
 
     /// Whether the camera's own image is drawn, not a finer one.

@@ -56,7 +56,9 @@ impl Simulation {
         let moments = moments(prepared, time, None);
         let moments = moments.as_ref().map(|moments| ImageMoments(moments));
         let surroundings = surroundings_at(prepared, time, &pose);
-        let order = Order { pose: Some(pose), joints: &joints, moments, surroundings, time, ..Order::default() };
+        let past = prepared.past_light(time);
+        let past = past.as_ref();
+        let order = Order { pose: Some(pose), joints: &joints, moments, surroundings, past, time, ..Order::default() };
         self.engine.submit(None, order)?;
         self.engine.deliver()?.image.ok_or_else(absent)
     }

@@ -1,13 +1,15 @@
 //! Images of the f64 reference: a rasteriser in f64, and the sensor's twin.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 
 use crate::environment::shadow::Jointed;
 use crate::model::nodes::GROUP;
+use crate::raster::changes::PixelChanges;
 use crate::raster::distant::{Crop, gather};
-use crate::raster::{self, RasterSurface, SurfaceSurroundings, rasterise, rasterise_finely};
+use crate::raster::{self, RasterSurface, SurfaceSurroundings, rasterise, rasterise_changed, rasterise_finely};
 use crate::scene::Camera;
 use crate::simulation::device_data::is_own;
 use crate::simulation::distant::DistantParts;
@@ -28,12 +30,13 @@ struct Shown {
     pixels: Vec<raster::Pixel>,
     /// Radiance of the texels in the pixels, for a point spread.
     texels: Vec<f64>,
+    changes: Option<PixelChanges>,
 }
 
 impl Shown {
     /// An image of this size without light.
     fn emptied(&self) -> Self {
-        Self { pixels: vec![raster::EMPTY; self.pixels.len()], texels: vec![0.0; self.texels.len()] }
+        Self { pixels: vec![raster::EMPTY; self.pixels.len()], texels: vec![0.0; self.texels.len()], changes: None }
     }
 }
 
@@ -100,7 +103,7 @@ impl Drawing {
     pub(super) fn image(&mut self, order: &Order<'_>, temperatures: &[f64]) -> Option<Image> {
         order.pose.as_ref()?;
         let camera = self.camera.clone()?;
-        let Shown { pixels: drawn, texels } = match order.moments {
+        let Shown { pixels: drawn, texels, changes } = match order.moments {
             Some(moments) if camera.exposure.is_mean() => self.exposed(&camera, moments, order, temperatures),
             _ => self.draw_instant(&camera, order, temperatures)?,
         };
@@ -120,6 +123,7 @@ impl Drawing {
             material: drawn.iter().map(|pixel| pixel.material).collect(),
             coverage: drawn.iter().filter(|_| has_coverage).map(|pixel| pixel.coverage as f32).collect(),
             reflected: drawn.iter().filter(|_| is_apart).map(|pixel| pixel.reflected as f32).collect(),
+            changes: changes.map(Arc::new),
             ..order.image_of(&camera)?
         };
         Some(image.with_readings(readings.as_deref()))
@@ -176,9 +180,13 @@ impl Drawing {
         let around = (order.surroundings.as_ref(), order.time);
         let is_fine = self.is_fine();
         match self.distance.as_ref().and_then(|distance| distance.crop(camera, pose, order.joints)) {
-            None => self.draw(temperatures, order.joints, &view, around, is_fine),
+            None => {
+                let past = order.past.filter(|_| camera.lens.is_pinhole() && !is_fine && order.moments.is_none());
+                let changes = past.and_then(|past| past.changes(&view, order.joints));
+                self.draw(temperatures, order.joints, &view, around, (is_fine, changes))
+            }
             Some(crop) => {
-                let of_crop = self.draw(temperatures, order.joints, &crop.view(&view), around, false).pixels;
+                let of_crop = self.draw(temperatures, order.joints, &crop.view(&view), around, (false, None)).pixels;
                 let gathered = |view: &raster::RasterView, crop: &Crop| {
                     let mut image = self.draw_sky(view, order.surroundings.as_ref());
                     gather(&mut image, view.width as usize, crop, &of_crop);
@@ -186,7 +194,7 @@ impl Drawing {
                 };
                 let finer = is_fine.then(|| gathered(&view.finer(FINENESS), &crop.finer(FINENESS)));
                 let texels = finer.iter().flatten().map(|texel| texel.radiance).collect();
-                Shown { pixels: gathered(&view, &crop), texels }
+                Shown { pixels: gathered(&view, &crop), texels, changes: None }
             }
         }
     }
@@ -209,11 +217,11 @@ impl Drawing {
             let around = (surroundings.as_ref(), order.time);
             let mut view = raster_view(camera, &pose);
             view.lens.centre[1] -= f64::from(row);
-            self.draw(temperatures, &joints, &raster::RasterView { height: 1, ..view }, around, self.is_fine())
+            self.draw(temperatures, &joints, &raster::RasterView { height: 1, ..view }, around, (self.is_fine(), None))
         };
         let rows: Vec<Shown> = (0..camera.height).map(row).collect();
         let texels = rows.iter().flat_map(|row| &row.texels).copied().collect();
-        Shown { pixels: rows.into_iter().flat_map(|row| row.pixels).collect(), texels }
+        Shown { pixels: rows.into_iter().flat_map(|row| row.pixels).collect(), texels, changes: None }
     }
 
     /// Normals of the surface as the joints turn it.
@@ -232,7 +240,7 @@ impl Drawing {
         joints: &[DAffine3],
         view: &raster::RasterView,
         (surroundings, time): (Option<&Surroundings>, f64),
-        is_fine: bool,
+        (is_fine, changes): (bool, Option<PixelChanges>),
     ) -> Shown {
         let placed;
         let positions = if self.surface.joints.is_empty() {
@@ -264,9 +272,10 @@ impl Drawing {
         let radiance = |t| band_radiance(&self.table, t);
         if is_fine {
             let (pixels, texels) = rasterise_finely(&surface, view, FINENESS, radiance);
-            return Shown { pixels, texels };
+            return Shown { pixels, texels, changes };
         }
-        Shown { pixels: rasterise(&surface, view, radiance), texels: Vec::new() }
+        let pixels = rasterise_changed(&surface, view, changes.as_ref(), radiance);
+        Shown { pixels, texels: Vec::new(), changes }
     }
 
     /// Draws what stands behind the surface.

@@ -38,6 +38,11 @@ resources! {
     PLANET_MEANS =
         Resource::new("PlanetMeans", 4, FromHost, Per::Scene, |data| data.if_drawn(data.shown.planet_means))
             .each_slot();
+    /// `PixelChanges` of the image, written by the host.
+    PIXEL_CHANGES = Resource::new("PixelChanges", 8, FromHost, Per::Pixel, |data| {
+            only(data.draws() && data.shown.variant.in_pixels, 1 + pixels(data))
+        })
+        .each_slot();
     /// Part index of every group.
     GROUP_PART = Resource::new("GroupPart", 4, Storage, Per::Node, |data| data.if_drawn(data.groups()))
             .in_pieces(WithoutImage)

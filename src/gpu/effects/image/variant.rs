@@ -25,6 +25,8 @@ pub struct RadianceVariant {
     pub map: bool,
     /// Whether it has normals of its own, which needs `reflections` or `tables`.
     pub crinkled: bool,
+    /// Whether pixels of foil have light of their own.
+    pub in_pixels: bool,
 }
 
 impl RadianceVariant {
@@ -41,6 +43,7 @@ impl RadianceVariant {
         tables: false,
         map: false,
         crinkled: false,
+        in_pixels: false,
     };
 
     /// Whether a pixel of a surface needs its normal.

@@ -1,0 +1,241 @@
+//! Light in pixels: how far the temperature in a pixel of foil is from that which its nodes show, because the edge of a shadow crosses its triangle.
+//!
+//! A node holds the mean light of its share of the surface, and triangles show straight lines between nodes. In the truth an edge of a shadow is sharp. A surface
+//! that stores little and does not conduct has at each place the balance of that place alone. Both balances are stepped through the past minutes: the one of the
+//! place, whose light comes and goes as rays to the Sun tell, and the one that the nodes show there. What differs at the end is added to the pixel.
+//!
+//! ```text
+//! C dT/dt = v q_open + q_planet - eps sigma T^4    at the place,    C dT/dt = q_nodes - eps sigma T^4    as the nodes show it
+//! ```
+//!
+//! with the lit share v of the place, the sunlight q_open that would be absorbed if nothing hid the Sun, and q_nodes that which the nodes absorb. Where all nodes
+//! of a triangle are lit or dark v is known without a ray.
+
+mod moments;
+mod place;
+mod surface;
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use glam::DAffine3;
+use rayon::prelude::*;
+
+use self::moments::{DARK, LIT, Moment, NodeLight, shadows};
+use self::place::{Beginning, Places, interpolate};
+use self::surface::{Foil, FoilSurface, FoilTriangle};
+use super::network::SceneNetwork;
+use crate::environment::Attitude;
+use crate::environment::shadow::{LitAreas, Occluders};
+use crate::environment::step::StepLoads;
+use crate::model::nodes::Nodes;
+use crate::raster::RasterView;
+use crate::raster::changes::{PixelChanges, covered};
+use crate::scene::{Initial, Scene};
+use crate::thermal::material::Material;
+use crate::trace::span;
+
+/// Share of the shortest time constant that an interval of the past lasts at least, where steps are shorter.
+const INTERVAL: f64 = 0.15;
+/// Time constants that are stepped through.
+const MEMORY: f64 = 5.0;
+/// Most intervals of the past.
+const INTERVALS: f64 = 48.0;
+/// A change below which a pixel stays as it is [K].
+const LEAST_CHANGE: f64 = 1e-3;
+/// Light below which nodes show what a place absorbs [W/m2].
+const LEAST_LIGHT: f64 = 0.05;
+
+/// The surfaces of a scene whose pixels have light of their own.
+pub(crate) struct PixelLight {
+    surface: FoilSurface,
+    light: LitAreas,
+    /// Length of an interval of the past [s], and how many there are.
+    interval: f64,
+    count: u32,
+    start: Beginning,
+    /// The triangles that hide the Sun, where nothing moves.
+    still: Option<Arc<Occluders>>,
+    /// Moments that were found before.
+    known: Mutex<VecDeque<Arc<Moment>>>,
+}
+
+/// The past of the light up to the time of an image.
+pub(crate) struct PastLight {
+    scene: Arc<PixelLight>,
+    /// The oldest first.
+    moments: Vec<Arc<Moment>>,
+    begins: Beginning,
+}
+
+impl std::fmt::Debug for PastLight {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(out, "PastLight of {} moments", self.moments.len())
+    }
+}
+
+impl PixelLight {
+    /// The surfaces of a scene whose pixels have light of their own. `None` where there are none, or where the scene does not ask for them.
+    pub(crate) fn new(
+        scene: &Scene,
+        geometry: (&Nodes, &[[u32; 3]]),
+        materials: &[Material],
+        (light, network): (Option<LitAreas>, Option<&Arc<SceneNetwork>>),
+        moves: bool,
+    ) -> Option<Self> {
+        let light = light.filter(LitAreas::by_rays)?;
+        if !scene.shadows?.in_pixels || scene.attitude == Attitude::Tumble {
+            return None;
+        }
+        let surface = FoilSurface::new(geometry, materials, light.numbers(), network)?;
+        let step = scene.time.step;
+        let times = || surface.foils.iter().flatten().map(Foil::time_constant);
+        let (shortest, longest) = (times().fold(f64::INFINITY, f64::min), times().fold(0.0, f64::max));
+        let stride = (INTERVAL * shortest).max(MEMORY * longest / INTERVALS) / step;
+        let interval = step * stride.floor().max(1.0);
+        let has_past = scene.time.warm_up_orbits > 0.0 || scene.time.periodic.is_some();
+        let start = match scene.initial {
+            _ if has_past => Beginning::Past,
+            Initial::Balance => Beginning::Balance,
+            Initial::Temperature(kelvin) => Beginning::Temperature(kelvin),
+        };
+        Some(Self {
+            still: (!moves).then(|| Arc::new(light.occluders(&[]))),
+            count: (MEMORY * longest / interval).ceil().clamp(1.0, INTERVALS) as u32,
+            surface,
+            light,
+            interval,
+            start,
+            known: Mutex::default(),
+        })
+    }
+
+    /// The light up to a time [s] of an image. `None` where the loads do not say where the craft was.
+    pub(crate) fn past(self: &Arc<Self>, loads: &StepLoads, materials: &[Material], time: f64) -> Option<PastLight> {
+        let _finds = span("finding the light of pixels");
+        let first = if self.start == Beginning::Past { f64::NEG_INFINITY } else { 0.0 };
+        let begin = (time - f64::from(self.count) * self.interval).max(first);
+        loads.sky_model().check(begin.min(time), time).ok()?;
+        let moment = |start, end, held| self.moment(loads, materials, start, end, held);
+        let mut moments = Vec::new();
+        let mut end = time;
+        while moments.len() < self.count as usize && end > first + 1e-9 * self.interval {
+            let start = ((end / self.interval - 1e-9).ceil() - 1.0) * self.interval;
+            moments.push(moment(start.max(first), end, start + self.interval));
+            end = start;
+        }
+        let begins_in_view = moments.len() < self.count as usize;
+        if begins_in_view && (self.start == Beginning::Balance || moments.is_empty()) {
+            moments.push(moment(0.0, 0.0, 0.0));
+        }
+        moments.reverse();
+        let begins = if begins_in_view { self.start } else { Beginning::Past };
+        Some(PastLight { scene: Arc::clone(self), moments, begins })
+    }
+
+    /// The light from `start` to `end` [s], with the shadows of the interval that ends at `held`.
+    fn moment(&self, loads: &StepLoads, materials: &[Material], start: f64, end: f64, held: f64) -> Arc<Moment> {
+        let load = loads.step_load(start, end);
+        let whole = if held > end { loads.step_load(start, held) } else { load.clone() };
+        let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let key = Moment::key(&load, &whole, end);
+        let found = known().iter().find(|moment| moment.key == key).cloned();
+        if let Some(moment) = found {
+            return moment;
+        }
+        let held = known().iter().find(|moment| moment.has_shadows_of(&whole)).map(|moment| moment.shadows());
+        let shadows = held.unwrap_or_else(|| {
+            let occluders = |poses: &[DAffine3]| match &self.still {
+                Some(still) => Arc::clone(still),
+                None => Arc::new(self.light.occluders(poses)),
+            };
+            shadows(&self.light, &self.nodes_of_light(), &whole, occluders)
+        });
+        let moment = Arc::new(Moment::new(&self.surface, materials, &load, shadows, (key, end - start)));
+        let mut known = known();
+        known.push_back(Arc::clone(&moment));
+        if known.len() > 2 * self.count as usize + 2 {
+            known.pop_front();
+        }
+        moment
+    }
+
+    /// Places of the foil's nodes among the nodes of the light.
+    fn nodes_of_light(&self) -> Vec<usize> {
+        let mut slots = self.surface.nodes.iter().map(|node| node.slot as usize).peekable();
+        self.light.numbers().enumerate().filter_map(|(place, slot)| slots.next_if_eq(&slot).map(|_| place)).collect()
+    }
+}
+
+impl PastLight {
+    /// What the light of each pixel changes in an image of a lens without distortion, whose joints have these poses. `None` where nothing changes.
+    pub(crate) fn changes(&self, view: &RasterView, joints: &[DAffine3]) -> Option<PixelChanges> {
+        let _finds = span("finding the light of pixels");
+        let mut changes = PixelChanges::none(view.width, view.height);
+        let scene = &*self.scene;
+        let pose = |joint: u32| joints.get(joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
+        let occluders = match &scene.still {
+            Some(still) => Arc::clone(still),
+            None => Arc::new(scene.light.occluders(joints)),
+        };
+        let camera = view.camera_from_body.inverse().translation;
+        let of_triangle = |triangle: &FoilTriangle| {
+            let lit = self.known(triangle);
+            if lit.is_empty() {
+                return Vec::new();
+            }
+            let nodes = triangle.nodes.map(|node| &scene.surface.nodes[node]);
+            let pose = pose(nodes[0].joint);
+            let corners = nodes.map(|node| pose.transform_point3(node.position));
+            let outward = pose.matrix3 * triangle.normal;
+            let places =
+                Places { surface: &scene.surface, moments: &self.moments, begins: self.begins, triangle, known: &lit };
+            let mut changed = Vec::new();
+            for pixel in covered(view, corners.map(|at| view.camera_from_body.transform_point3(at))) {
+                let at = interpolate(corners, pixel.weights);
+                let to_camera = camera - at;
+                let lift = occluders.start * outward * outward.dot(to_camera).signum();
+                let distance = to_camera.length();
+                if occluders.first_within(at + lift, to_camera / distance, distance - view.near).is_some() {
+                    continue;
+                }
+                let kelvin = places.change(interpolate(nodes.map(|node| node.position), pixel.weights), pixel.weights);
+                if kelvin.abs() >= LEAST_CHANGE {
+                    changed.push((pixel.pixel, pixel.depth, [kelvin as f32, (triangle.part + 1) as f32]));
+                }
+            }
+            changed
+        };
+        let changed: Vec<(usize, f64, [f32; 2])> =
+            scene.surface.triangles.par_iter().flat_map_iter(of_triangle).collect();
+        let mut nearest = vec![f64::INFINITY; changes.values.len()];
+        for (pixel, depth, value) in changed {
+            if depth < nearest[pixel] {
+                nearest[pixel] = depth;
+                changes.values[1 + pixel] = value;
+            }
+        }
+        (!changes.is_empty()).then_some(changes)
+    }
+
+    /// Whether a triangle is lit at each moment, `None` where a ray has to tell. Empty where its nodes show what each of its places absorbs.
+    fn known(&self, triangle: &FoilTriangle) -> Vec<Option<bool>> {
+        let mut differs = false;
+        let known = self.moments.iter().map(|moment| {
+            let nodes = triangle.nodes.map(|node| moment.nodes[node]);
+            let lit = match nodes.map(|node| node.lit) {
+                [LIT, LIT, LIT] => Some(true),
+                _ if nodes.iter().all(|node| node.lit == DARK || node.open == 0.0) => Some(false),
+                _ => None,
+            };
+            let is_shown = |lit: bool| {
+                let light = |node: &NodeLight| if lit { node.open } else { 0.0 };
+                nodes.iter().all(|node| (light(node) + node.planet - node.shown).abs() < LEAST_LIGHT as f32)
+            };
+            differs |= !lit.is_some_and(is_shown);
+            lit
+        });
+        let known: Vec<Option<bool>> = known.collect();
+        if differs { known } else { Vec::new() }
+    }
+}

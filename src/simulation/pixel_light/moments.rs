@@ -1,0 +1,142 @@
+//! A moment of the past: the shadows, and what foil absorbs there.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3};
+use rayon::prelude::*;
+
+use super::surface::{FoilNode, FoilSurface};
+use crate::environment::StepLoad;
+use crate::environment::load::solar_flux;
+use crate::environment::shadow::{LitArea, LitAreas, NodesInSun, Occluders};
+use crate::thermal::balance::{Incident, absorbed_flux};
+use crate::thermal::incident::incident;
+use crate::thermal::material::Material;
+
+/// Kinds of light of a node: none, part of what it had if nothing hid the Sun, and all of it.
+pub(super) const DARK: u8 = 0;
+const PART: u8 = 1;
+pub(super) const LIT: u8 = 2;
+/// Difference of lit areas that is rounding.
+const ROUNDING: f64 = 1e-6;
+
+/// What a node of foil absorbs [W/m2].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct NodeLight {
+    /// Sunlight if nothing hid the Sun.
+    pub(super) open: f32,
+    /// Light of the planet.
+    pub(super) planet: f32,
+    /// Light of Sun and planet as the node takes it, together with nodes that have one temperature with it.
+    pub(super) shown: f32,
+    pub(super) lit: u8,
+}
+
+/// The shadows of an interval.
+pub(super) struct Shadows {
+    /// `None` in the dark.
+    sun: Option<DVec3>,
+    poses: Vec<DAffine3>,
+    occluders: Option<Arc<Occluders>>,
+    /// Lit area of each node of foil, and the same if nothing hid the Sun. Empty in the dark.
+    areas: Vec<[LitArea; 2]>,
+    found_for: Vec<u64>,
+}
+
+/// An interval of the past.
+pub(super) struct Moment {
+    pub(super) key: Vec<u64>,
+    /// Its length [s].
+    pub(super) length: f64,
+    pub(super) nodes: Vec<NodeLight>,
+    /// Fourth power of the temperature of space [K4].
+    pub(super) space: f64,
+    shadows: Arc<Shadows>,
+}
+
+/// Bits of a load: Sun, planet, and poses.
+fn bits(load: &StepLoad) -> Vec<u64> {
+    let sun = load.sun.iter().flat_map(|sample| (sample.direction * sample.flux).to_array());
+    let nadir = load.planet.iter().flat_map(|planet| planet.nadir.to_array());
+    let poses = load.joints.iter().flat_map(DAffine3::to_cols_array);
+    sun.chain(nadir).chain(poses).map(f64::to_bits).collect()
+}
+
+/// The shadows of a load on nodes at these places among the nodes of the light.
+pub(super) fn shadows(
+    light: &LitAreas,
+    places: &[usize],
+    load: &StepLoad,
+    occluders: impl Fn(&[DAffine3]) -> Arc<Occluders>,
+) -> Arc<Shadows> {
+    let found_for = bits(load);
+    let Some(NodesInSun { sun, poses, lit, open }) = light.beside(load) else {
+        return Arc::new(Shadows { sun: None, poses: Vec::new(), occluders: None, areas: Vec::new(), found_for });
+    };
+    let areas = places.iter().map(|place| [lit[*place], open[*place]]).collect();
+    Arc::new(Shadows { sun: Some(sun), occluders: Some(occluders(&poses)), poses, areas, found_for })
+}
+
+impl Moment {
+    pub(super) fn key(load: &StepLoad, whole: &StepLoad, end: f64) -> Vec<u64> {
+        let times = [load.start.to_bits(), end.to_bits()];
+        times.into_iter().chain(bits(load)).chain(bits(whole)).collect()
+    }
+
+    /// Whether its shadows are those of a load.
+    pub(super) fn has_shadows_of(&self, load: &StepLoad) -> bool {
+        self.shadows.found_for == bits(load)
+    }
+
+    pub(super) fn shadows(&self) -> Arc<Shadows> {
+        Arc::clone(&self.shadows)
+    }
+
+    /// What foil absorbs under a load.
+    pub(super) fn new(
+        surface: &FoilSurface,
+        materials: &[Material],
+        load: &StepLoad,
+        shadows: Arc<Shadows>,
+        (key, length): (Vec<u64>, f64),
+    ) -> Self {
+        let light = |(number, node): (usize, &FoilNode)| {
+            let material = &materials[node.material as usize];
+            let frame = load.joint_from_body(node.joint).transpose();
+            let normal = frame * node.normal;
+            let planet = |normal: DVec3| Incident { solar: 0.0, ..incident(load, normal) };
+            let planet =
+                load.planet.as_ref().map_or(0.0, |_| absorbed_flux(material, planet(normal), || planet(-normal)));
+            let [own, open] = shadows.areas.get(number).copied().unwrap_or([LitArea::default(); 2]);
+            let absorbed = |area: LitArea| {
+                let flux = solar_flux(load, frame * area.vector);
+                let back = material.back().absorptivity;
+                flux * (area.front * material.front.absorptivity + (1.0 - area.front) * back)
+            };
+            let lit = match own.vector {
+                vector if vector.abs_diff_eq(open.vector, ROUNDING) => LIT,
+                DVec3::ZERO => DARK,
+                _ => PART,
+            };
+            let (open, own) = (absorbed(open), absorbed(own));
+            NodeLight { open: open as f32, planet: planet as f32, shown: (own + planet) as f32, lit }
+        };
+        let mut nodes: Vec<NodeLight> = surface.nodes.par_iter().enumerate().map(light).collect();
+        let mut shown: Vec<f32> = nodes.iter().map(|node| node.shown).collect();
+        surface.share(&mut shown);
+        nodes.iter_mut().zip(shown).for_each(|(node, shown)| node.shown = shown);
+        Self { key, length, nodes, space: load.background_temperature.powi(4), shadows }
+    }
+
+    /// Whether a place of a joint (in its frame) sees the Sun from one of its sides. `side` is a unit normal there.
+    pub(super) fn sees_sun(&self, place: DVec3, joint: u32, side: DVec3, both_sides: bool) -> bool {
+        let Shadows { sun: Some(sun), poses, occluders: Some(occluders), .. } = &*self.shadows else { return false };
+        let pose = poses.get(joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
+        let outward = pose.matrix3 * side;
+        let cosine = outward.dot(*sun);
+        if cosine == 0.0 || (cosine < 0.0 && !both_sides) {
+            return false;
+        }
+        !occluders.is_hidden(pose.transform_point3(place) + occluders.start * outward * cosine.signum(), *sun)
+    }
+}
