@@ -92,7 +92,7 @@ pub(super) fn balance_sides(patches: &[Patch], cast: &Sparse, shared: &mut Spars
     fit_sides(shared, &sides, &wanted);
 }
 
-/// Factors that one thread renews together, at least.
+/// Factors that one thread renews together.
 const CHUNK: usize = 1024;
 
 /// Scales areas, whose places and values are symmetric, until each row shares the wanted area with each side that it has entries of.
@@ -145,14 +145,19 @@ pub(super) fn fit_sides(shared: &mut Sparse, sides: &[u32], wanted: &[Sided]) {
     let watch = Watch::begin();
     for _ in 0..ROUNDS {
         watch.look();
-        let renewed = |own: usize| {
-            let entries = starts[own] as usize..starts[own + 1] as usize;
-            let terms = areas[entries.clone()].iter().zip(&mirrors[entries]);
-            let now: f64 = terms.map(|(area, mirrored)| area * factors[*mirrored as usize]).sum();
-            let wanted: f64 = if now > 0.0 { right[own] / now } else { factors[own] };
-            (factors[own] * wanted).sqrt().clamp(FACTORS[0], FACTORS[1])
+        let renew = |(chunk, renewed): (usize, &mut [f64])| {
+            for (own, renewed) in (chunk * CHUNK..).zip(renewed) {
+                let mut now = 0.0;
+                for at in starts[own] as usize..starts[own + 1] as usize {
+                    now += areas[at] * factors[mirrors[at] as usize];
+                }
+                let wanted: f64 = if now > 0.0 { right[own] / now } else { factors[own] };
+                *renewed = (factors[own] * wanted).sqrt().clamp(FACTORS[0], FACTORS[1]);
+            }
         };
-        factors = (0..factors.len()).into_par_iter().with_min_len(CHUNK).map(renewed).collect();
+        let mut all = vec![0.0; factors.len()];
+        all.par_chunks_mut(CHUNK).enumerate().for_each(renew);
+        factors = all;
     }
     for ((_, area), [own, mirrored]) in shared.entries.iter_mut().zip(&places) {
         *area *= factors[*own as usize] * factors[*mirrored as usize];
