@@ -64,7 +64,7 @@ use crate::trace::span;
 use budget::{between_budgets, draw_budgets, node_budgets};
 pub(crate) use camera_pose::pose_of;
 pub use camera_pose::{moments, pose_at};
-use check::Check;
+use check::{Check, SampleEnd};
 use engine::{Delivered, Engine, EngineError, EngineStep, ImageMoments, Order};
 use forward::forward;
 use parts::Passing;
@@ -250,11 +250,9 @@ fn submit_part(
         past: past.as_ref(),
     };
     engine.submit(advance, order)?;
-    let reference = check.map(|check| {
-        if let Some(load) = &load {
-            check.step(load, steps, start, end - start, engine.exchange_rows().as_ref());
-        }
-        check.temperatures()
+    let reference = check.map(|check| match &load {
+        Some(load) => check.step(load, steps, start, end - start, engine.exchange_rows().as_ref()),
+        None => check.present(),
     });
     Ok(Waiting { place, image: None, time: end, pose, reference, delivered: None, budgets: None })
 }
@@ -266,7 +264,7 @@ pub(crate) struct Waiting {
     time: f64,
     pose: Option<DAffine3>,
     /// Temperatures of the reference at the end of a step.
-    reference: Option<Vec<f64>>,
+    reference: Option<SampleEnd>,
     /// The results, where a budget needed them at once.
     delivered: Option<Delivered>,
     budgets: Option<Arc<Vec<Budget>>>,

@@ -21,17 +21,20 @@ pub(crate) enum Track {
     Host,
     /// The thread that writes files while the loop goes on.
     Writer,
+    /// The thread that checks in f64 while the loop goes on.
+    Check,
     /// The queue of the device.
     Device,
 }
 
 impl Track {
-    const ALL: [Self; 3] = [Self::Host, Self::Writer, Self::Device];
+    const ALL: [Self; 4] = [Self::Host, Self::Writer, Self::Check, Self::Device];
 
     fn name(self) -> &'static str {
         match self {
             Self::Host => "host: loop",
             Self::Writer => "host: files",
+            Self::Check => "host: check",
             Self::Device => "device: queue",
         }
     }
@@ -61,7 +64,7 @@ pub(crate) struct TimeAccount {
 /// Time that a thread spent on one kind of work.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub(crate) struct TimeSpent {
-    /// `host: loop`, `host: files`.
+    /// `host: loop`, `host: files`, `host: check`.
     pub(crate) thread: &'static str,
     /// Number of works around this one.
     pub(crate) depth: usize,
@@ -114,7 +117,7 @@ struct Thread {
 struct Recording {
     began: Instant,
     /// Of the host's tracks.
-    threads: [Mutex<Thread>; 2],
+    threads: [Mutex<Thread>; 3],
     /// The timeline, where it is kept.
     timeline: Option<Mutex<(Vec<Event>, Vec<DeviceFrame>)>>,
 }
@@ -266,7 +269,7 @@ impl Trace {
     /// Time that the threads of the host have spent on works that have ended. Each work stands below the work that it is part of.
     pub(crate) fn account(&self) -> TimeAccount {
         let mut works: Vec<TimeSpent> = Vec::new();
-        for track in [Track::Host, Track::Writer] {
+        for track in [Track::Host, Track::Writer, Track::Check] {
             let Some(thread) = self.0.as_ref().and_then(|shared| shared.thread(track)) else { continue };
             works.extend(thread.below(None, 0).into_iter().map(|(depth, work)| TimeSpent {
                 thread: track.name(),

@@ -37,16 +37,19 @@ fn at(row: &Sided, side: u32) -> f64 {
     row.binary_search_by_key(&side, |entry| entry.0).map_or(0.0, |place| row[place].1)
 }
 
-/// Sums by the side of the column.
-fn summed(row: impl Iterator<Item = (u32, f64)>, sides: &[u32]) -> Sided {
-    let mut sums: Sided = row.map(|(j, value)| (sides[j as usize], value)).collect();
-    sums.sort_by_key(|entry| entry.0);
-    sums.dedup_by(|next, sum| {
-        let same = next.0 == sum.0;
-        sum.1 += if same { next.1 } else { 0.0 };
-        same
-    });
-    sums
+/// Sums of a row by side, and the sides that its shared areas have entries of.
+struct SideSums {
+    /// Shares of the rays of the row's own patch; areas [m2] that rays of others tell, and their variances [m4].
+    sums: Vec<[f64; 3]>,
+    met: Vec<bool>,
+    order: Vec<u32>,
+}
+
+impl SideSums {
+    fn new(sides: &[u32]) -> Self {
+        let count = sides.iter().max().map_or(0, |side| *side as usize + 1);
+        Self { sums: vec![[0.0; 3]; count], met: vec![false; count], order: Vec::new() }
+    }
 }
 
 /// Scales `shared` areas [m2] to what the rays of each patch tell of sides. `cast` has the shares of `rays` rays of each row.
@@ -56,27 +59,41 @@ pub(super) fn balance_sides(patches: &[Patch], cast: &Sparse, shared: &mut Spars
     let back = cast.transposed();
     let (count, even) = (f64::from(rays), evenness(rays));
     // The wanted area: a mean of what both directions tell, with weights inverse to their variances.
-    let wanted = |i: usize| -> Sided {
+    let wanted = |room: &mut SideSums, i: usize| -> Sided {
         let here = patches[i].area;
-        let own = summed(cast.row(i).iter().copied(), &sides);
-        let told = summed(back.row(i).iter().map(|(j, share)| (*j, share * area(*j))), &sides);
-        let variance = summed(back.row(i).iter().map(|(j, share)| (*j, share * area(*j).powi(2) / count)), &sides);
-        let whole = summed(shared.row(i).iter().copied(), &sides);
-        let wants = |(side, _): &(u32, f64)| {
-            let share = at(&own, *side);
+        let SideSums { sums, met, order } = room;
+        order.clear();
+        for (j, _) in shared.row(i) {
+            let side = sides[*j as usize];
+            if !std::mem::replace(&mut met[side as usize], true) {
+                sums[side as usize] = [0.0; 3];
+                order.push(side);
+            }
+        }
+        order.sort_unstable();
+        cast.row(i).iter().for_each(|(j, share)| sums[sides[*j as usize] as usize][0] += share);
+        for (j, share) in back.row(i) {
+            let [_, told, variance] = &mut sums[sides[*j as usize] as usize];
+            *told += share * area(*j);
+            *variance += share * area(*j).powi(2) / count;
+        }
+        let wants = |side: &u32| {
+            met[*side as usize] = false;
+            let [share, told, variance] = sums[*side as usize];
             let own_variance = (even * here).powi(2) * (share * (1.0 - share)).max(1.0 / count) / count;
-            let told_variance = at(&variance, *side).max((here / count).powi(2));
+            let told_variance = variance.max((here / count).powi(2));
             let weight = own_variance / (own_variance + told_variance);
-            (*side, (1.0 - weight) * share * here + weight * at(&told, *side))
+            (*side, (1.0 - weight) * share * here + weight * told)
         };
-        whole.iter().map(wants).collect()
+        order.iter().map(wants).collect()
     };
-    let wanted: Vec<Sided> = (0..patches.len()).into_par_iter().map(wanted).collect();
+    let patches = (0..patches.len()).into_par_iter();
+    let wanted: Vec<Sided> = patches.map_init(|| SideSums::new(&sides), wanted).collect();
     fit_sides(shared, &sides, &wanted);
 }
 
-/// Rows whose factors one thread renews together.
-const CHUNK: usize = 64;
+/// Factors that one thread renews together.
+const CHUNK: usize = 1024;
 
 /// Scales areas, whose places and values are symmetric, until each row shares the wanted area with each side that it has entries of.
 pub(super) fn fit_sides(shared: &mut Sparse, sides: &[u32], wanted: &[Sided]) {
@@ -85,23 +102,23 @@ pub(super) fn fit_sides(shared: &mut Sparse, sides: &[u32], wanted: &[Sided]) {
     let mut first = vec![0];
     let mut of_rows: Vec<u32> = Vec::new();
     let mut right: Vec<f64> = Vec::new();
+    let mut of_side = vec![usize::MAX; sides.iter().max().map_or(0, |side| *side as usize + 1)];
     for (row, wanted) in wanted.iter().enumerate() {
-        let mut of_row: Vec<u32> = shared.row(row).iter().map(|(j, _)| sides[*j as usize]).collect();
+        let own = shared.row(row).iter().map(|(j, _)| sides[*j as usize]);
+        let is_first = |side: &u32| std::mem::replace(&mut of_side[*side as usize], row) != row;
+        let mut of_row: Vec<u32> = own.filter(is_first).collect();
         of_row.sort_unstable();
-        of_row.dedup();
         right.extend(of_row.iter().map(|side| at(wanted, *side)));
         of_rows.extend(of_row);
         first.push(of_rows.len());
     }
     // For each entry the place of its own factor and of the factor of its mirror image.
     let mut places = vec![[0u32; 2]; shared.entries.len()];
-    let mut of_side = vec![0; sides.iter().max().map_or(0, |side| *side as usize + 1)];
     for row in 0..count {
-        (first[row]..)
-            .zip(&of_rows[first[row]..first[row + 1]])
-            .for_each(|(at, side)| of_side[*side as usize] = at as u32);
+        let of_row = first[row]..first[row + 1];
+        of_row.clone().zip(&of_rows[of_row]).for_each(|(at, side)| of_side[*side as usize] = at);
         for entry in shared.first[row] as usize..shared.first[row + 1] as usize {
-            places[entry][0] = of_side[sides[shared.entries[entry].0 as usize] as usize];
+            places[entry][0] = of_side[sides[shared.entries[entry].0 as usize] as usize] as u32;
         }
     }
     // Rows are in their order, so the mirror images of a column are met one after the other.
@@ -113,26 +130,34 @@ pub(super) fn fit_sides(shared: &mut Sparse, sides: &[u32], wanted: &[Sided]) {
             *image += 1;
         }
     }
+    // The entries of each factor, one factor after the other.
+    let mut starts = vec![0u32; of_rows.len() + 1];
+    places.iter().for_each(|[own, _]| starts[*own as usize + 1] += 1);
+    (0..of_rows.len()).for_each(|own| starts[own + 1] += starts[own]);
+    let mut next = starts.clone();
+    let (mut areas, mut mirrors) = (vec![0.0; places.len()], vec![0u32; places.len()]);
+    for ((_, area), [own, mirrored]) in shared.entries.iter().zip(&places) {
+        let at = &mut next[*own as usize];
+        (areas[*at as usize], mirrors[*at as usize]) = (*area, *mirrored);
+        *at += 1;
+    }
     let mut factors = vec![1.0; of_rows.len()];
     let watch = Watch::begin();
     for _ in 0..ROUNDS {
         watch.look();
-        let next = |chunk: usize| -> Vec<f64> {
-            let rows = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
-            let (start, end) = (first[rows.start], first[rows.end]);
-            let entries = shared.first[rows.start] as usize..shared.first[rows.end] as usize;
-            let mut now = vec![0.0; end - start];
-            for ((_, area), [own, mirrored]) in shared.entries[entries.clone()].iter().zip(&places[entries]) {
-                now[*own as usize - start] += area * factors[*mirrored as usize];
+        let renew = |(chunk, renewed): (usize, &mut [f64])| {
+            for (own, renewed) in (chunk * CHUNK..).zip(renewed) {
+                let mut now = 0.0;
+                for at in starts[own] as usize..starts[own + 1] as usize {
+                    now += areas[at] * factors[mirrors[at] as usize];
+                }
+                let wanted: f64 = if now > 0.0 { right[own] / now } else { factors[own] };
+                *renewed = (factors[own] * wanted).sqrt().clamp(FACTORS[0], FACTORS[1]);
             }
-            for ((now, factor), right) in now.iter_mut().zip(&factors[start..end]).zip(&right[start..end]) {
-                let wanted: f64 = if *now > 0.0 { right / *now } else { *factor };
-                *now = (factor * wanted).sqrt().clamp(FACTORS[0], FACTORS[1]);
-            }
-            now
         };
-        let chunks: Vec<Vec<f64>> = (0..count.div_ceil(CHUNK)).into_par_iter().map(next).collect();
-        factors = chunks.concat();
+        let mut all = vec![0.0; factors.len()];
+        all.par_chunks_mut(CHUNK).enumerate().for_each(renew);
+        factors = all;
     }
     for ((_, area), [own, mirrored]) in shared.entries.iter_mut().zip(&places) {
         *area *= factors[*own as usize] * factors[*mirrored as usize];

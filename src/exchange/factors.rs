@@ -148,7 +148,12 @@ fn changes(areas: &[f64], [found, shared]: [&Sparse; 2], [space, closed]: [&[f64
     };
     for (i, area) in areas.iter().enumerate() {
         take((closed[i] - space[i]) / area);
-        shared.row(i).iter().for_each(|(j, shared)| take(shared / area - found.at(i, *j)));
+        // Entries are sorted by column, so both rows are walked together.
+        let mut cast = found.row(i).iter().peekable();
+        for (j, shared) in shared.row(i) {
+            while cast.next_if(|(column, _)| column < j).is_some() {}
+            take(shared / area - cast.next_if(|(column, _)| column == j).map_or(0.0, |(_, share)| *share));
+        }
     }
     Correction { rms: (sum / count.max(1) as f64).sqrt(), largest, unclosed: 0.0 }
 }

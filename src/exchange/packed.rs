@@ -4,12 +4,15 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::factors::{Correction, Factors};
 use super::patches::Patch;
 use super::reflected::Areas;
 use super::sky::{open_parts, with_open_parts};
 use super::sparse::Sparse;
 use super::step::Exchange;
+use crate::stop::both;
 
 /// The entries of a symmetric matrix on and above its diagonal. A column fits 16 bits ([`super::step::MOST_PATCHES`]).
 #[derive(Debug, Clone, Default)]
@@ -134,17 +137,26 @@ impl PackedExchange {
 
     /// The exchange that was packed.
     pub(crate) fn unpack(&self) -> Exchange {
-        let [shared, infrared, sunlight] = self.rows.each_ref().map(HalfRows::whole);
+        let (shared, mut exchange) = both(|| self.rows[0].whole(), || self.unpack_rows());
+        exchange.factors.shared = shared;
+        exchange
+    }
+
+    /// The same without view factors between patches: no step asks for them.
+    pub(crate) fn unpack_rows(&self) -> Exchange {
+        let [_, infrared, sunlight] = &self.rows;
+        let (infrared, sunlight) = both(|| infrared.whole(), || sunlight.whole());
         let [space, infrared_space, sunlight_space] = self.space.clone();
-        let parts = self.open.iter().flat_map(|two| [two & 15, two >> 4]);
-        let sky = self.directions.iter().zip(parts).map(|(word, parts)| with_open_parts(*word, parts));
+        let open =
+            |(place, word): (usize, &u32)| with_open_parts(*word, self.open[place / 2] >> (4 * (place % 2)) & 15);
+        let sky = self.directions.par_iter().enumerate().map(open);
         Exchange {
             patches: Arc::clone(&self.patches),
             nodes: Arc::clone(&self.nodes),
             of_node: Arc::clone(&self.of_node),
             factors: Factors {
                 areas: self.patches.iter().map(|patch| patch.area).collect(),
-                shared,
+                shared: Sparse::default(),
                 space,
                 rays: self.rays,
                 correction: self.correction,

@@ -5,6 +5,7 @@
 //! each counts with the sunlight on the ground that it meets. The loads of an open hemisphere, which are exact, are multiplied with these shares. Twin: `glsl/exchange_sky.comp`.
 
 use glam::{DAffine3, DVec3};
+use rayon::prelude::*;
 
 use super::turn::turned;
 use crate::environment::{PlanetLoad, StepLoad};
@@ -101,14 +102,17 @@ fn word_of(direction: DVec3, open: u32) -> u32 {
     open << (2 * BITS) | steps(x) << BITS | steps(y)
 }
 
+/// Room for every number of open parts.
+const MEANS: usize = 16;
+
 /// Words of the sky between two poses: the same bundles, each with the mean of its open shares to the next twelfth.
 pub(super) fn mean_sky([from, to]: [&[u32]; 2], share: f64) -> Vec<u32> {
-    let parts = |word: u32| f64::from(word >> (2 * BITS));
-    let mean = |(a, b): (&u32, &u32)| {
-        let open = (parts(*a) + share * (parts(*b) - parts(*a))).round() as u32;
-        open << (2 * BITS) | (a & ((1 << (2 * BITS)) - 1))
-    };
-    from.iter().zip(to).map(mean).collect()
+    // Twelve parts have few means.
+    let means: [[u32; MEANS]; MEANS] =
+        std::array::from_fn(|a| std::array::from_fn(|b| (a as f64 + share * (b as f64 - a as f64)).round() as u32));
+    let parts = |word: u32| usize::from(open_parts(word)) % MEANS;
+    let mean = |(a, b): (&u32, &u32)| means[parts(*a)][parts(*b)] << (2 * BITS) | (a & ((1 << (2 * BITS)) - 1));
+    from.par_iter().zip(to).map(mean).collect()
 }
 
 fn open_share(word: u32) -> f64 {

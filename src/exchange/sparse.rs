@@ -8,6 +8,19 @@ const CHUNK: usize = 64;
 /// A row: columns and values.
 pub(crate) type SparseRow = Vec<(u32, f64)>;
 
+/// Lists one after another, copied by all threads.
+pub(crate) fn joined<T: Copy + Default + Send + Sync>(lists: &[Vec<T>]) -> Vec<T> {
+    let mut all = vec![T::default(); lists.iter().map(Vec::len).sum()];
+    let (mut left, mut rooms) = (&mut all[..], Vec::with_capacity(lists.len()));
+    for list in lists {
+        let (room, rest) = left.split_at_mut(list.len());
+        rooms.push((room, list));
+        left = rest;
+    }
+    rooms.into_par_iter().for_each(|(room, list)| room.copy_from_slice(list));
+    all
+}
+
 /// Rows one after another. The entries of a row are sorted by column.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Sparse {
@@ -101,12 +114,13 @@ impl Sparse {
             (merged, ends)
         };
         let chunks: Vec<(SparseRow, Vec<u32>)> = (0..self.len().div_ceil(CHUNK)).into_par_iter().map(merge).collect();
-        let (mut first, mut entries) = (vec![0], Vec::with_capacity(chunks.iter().map(|chunk| chunk.0.len()).sum()));
-        for (merged, ends) in chunks {
-            let start = entries.len() as u32;
-            first.extend(ends.into_iter().map(|end| start + end));
-            entries.extend(merged);
+        let mut first = Vec::with_capacity(self.len() + 1);
+        first.push(0);
+        for (_, ends) in &chunks {
+            let start = first[first.len() - 1];
+            first.extend(ends.iter().map(|end| start + end));
         }
-        Self { first, entries }
+        let merged: Vec<SparseRow> = chunks.into_iter().map(|chunk| chunk.0).collect();
+        Self { first, entries: joined(&merged) }
     }
 }

@@ -8,9 +8,9 @@ use ash::vk;
 
 use super::context::Context;
 use super::error::{During as _, GpuError};
+use super::kept_pipelines::Pipeline;
 use super::layout::SLICE;
 use super::pass::{Access, Pass, PassReach, PassWork};
-use super::pipeline::Pipeline;
 use super::shaders::Shader;
 use super::store::Resources;
 

@@ -11,9 +11,13 @@ use super::drivers;
 use super::error::{During as _, GpuError};
 use super::host_heap;
 use super::instance::{VulkanInstance, lock_loader};
+use super::kept_pipelines::KeptPipelines;
 use super::pipeline_cache::{PipelineCache, user_folder};
 use super::validation::{self, Messages};
 use crate::host;
+
+/// Memory that is taken from the device at once [bytes]. A processor fills all of it with zeros.
+const BLOCK: u64 = 16 << 20;
 
 /// Properties of a device, as `isotherm info` prints them.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -61,6 +65,8 @@ pub struct Context {
     pub(super) labels: Option<ext::debug_utils::Device>,
     pub(super) allocator: ManuallyDrop<Mutex<Allocator>>,
     pub(super) pipelines: PipelineCache,
+    /// The pipelines of all scenes so far.
+    pub(super) made: KeptPipelines,
     physical: vk::PhysicalDevice,
     pub(super) messages: Option<Arc<Messages>>,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
@@ -118,7 +124,7 @@ impl Context {
             physical_device: physical,
             debug_settings: gpu_allocator::AllocatorDebugSettings::default(),
             buffer_device_address: false,
-            allocation_sizes: gpu_allocator::AllocationSizes::default(),
+            allocation_sizes: gpu_allocator::AllocationSizes::new(BLOCK, BLOCK),
         })
         .map_err(|source| GpuError::Allocation { name: "allocator".to_owned(), source })?;
 
@@ -139,6 +145,7 @@ impl Context {
             labels: None,
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             pipelines,
+            made: KeptPipelines::default(),
             physical,
             messages,
             messenger,
@@ -203,10 +210,11 @@ impl Context {
 
 impl Drop for Context {
     fn drop(&mut self) {
-        // SAFETY: every buffer, image and pipeline holds an Arc of this context, so all are destroyed. The queue is
+        // SAFETY: every buffer and image, and all that uses pipelines, holds an Arc of this context, so all are gone. The queue is
         // idle before the device is destroyed, and the order is the reverse of creation.
         unsafe {
             let _ = self.device.device_wait_idle();
+            self.made.close(&self.device);
             ManuallyDrop::drop(&mut self.allocator);
             self.pipelines.close(&self.device);
             let _loader = lock_loader();

@@ -13,6 +13,7 @@ pub(crate) mod error;
 pub(crate) mod frame;
 pub(crate) mod host_heap;
 mod instance;
+mod kept_pipelines;
 pub(crate) mod layout;
 pub(crate) mod limits;
 pub(crate) mod lists;

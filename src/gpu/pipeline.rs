@@ -1,23 +1,13 @@
 //! Creation of compute and graphics pipelines.
 
-use std::sync::Arc;
-
 use ash::vk;
 
 use super::context::Context;
 use super::error::{During as _, GpuError};
+use super::kept_pipelines::{Pipeline, PipelineKind};
 use super::pass::Drawing;
 use super::resource::Role;
 use super::shaders::{Shader, module};
-
-/// A pipeline with its layout and the layout of its descriptor set.
-pub(crate) struct Pipeline {
-    context: Arc<Context>,
-    pub(super) raw: vk::Pipeline,
-    pub(super) layout: vk::PipelineLayout,
-    pub(super) set_layout: vk::DescriptorSetLayout,
-    pub(super) bind_point: vk::PipelineBindPoint,
-}
 
 /// Format of the radiance image.
 pub(crate) const RADIANCE_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
@@ -33,26 +23,27 @@ pub(crate) const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
 impl Pipeline {
     /// Makes a compute pipeline from number and type of its bindings and the size of its push constants [bytes].
     pub(crate) fn compute(
-        context: &Arc<Context>,
+        context: &Context,
         shader: &Shader,
         bindings: &[(u32, vk::DescriptorType)],
         constants: u32,
     ) -> Result<Self, GpuError> {
         let stages = vk::ShaderStageFlags::COMPUTE;
-        let mut pipeline = Self::layouts(context, bindings, constants, stages, vk::PipelineBindPoint::COMPUTE)?;
-        let module = Module::new(context, shader)?;
-        let stage = module.stage(vk::ShaderStageFlags::COMPUTE);
-        let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(pipeline.layout)];
-        // SAFETY: the module and the layout live through the call.
-        pipeline.raw = unsafe { context.device.create_compute_pipelines(context.pipelines.raw, &create, None) }
-            .map_err(|(_, result)| GpuError::Call { call: "creating a compute pipeline", result })?[0];
-        context.set_name(pipeline.raw, &shader.name());
-        Ok(pipeline)
+        let (shaders, bindings) = (vec![shader.clone()], bindings.to_vec());
+        let kind = PipelineKind { shaders, bindings, constants, drawn: None };
+        Self::kept(context, kind, stages, &shader.name(), |layout| {
+            let module = Module::new(context, shader)?;
+            let stage = module.stage(vk::ShaderStageFlags::COMPUTE);
+            let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
+            // SAFETY: the module and the layout live through the call.
+            let made = unsafe { context.device.create_compute_pipelines(context.pipelines.raw, &create, None) };
+            made.map_err(|(_, result)| GpuError::Call { call: "creating a compute pipeline", result })
+        })
     }
 
     /// Makes the pipeline of a draw: vertices read from storage buffers, no face culling. Depth is reversed.
     pub(crate) fn draw(
-        context: &Arc<Context>,
+        context: &Context,
         name: &str,
         drawing: &Drawing,
         bindings: &[(u32, vk::DescriptorType)],
@@ -62,7 +53,7 @@ impl Pipeline {
 
     /// Makes the pipeline of what is drawn where nothing is: its depth is the depth of the cleared image.
     pub(crate) fn behind(
-        context: &Arc<Context>,
+        context: &Context,
         drawing: &Drawing,
         shaders: &[Shader],
         bindings: &[(u32, vk::DescriptorType)],
@@ -73,7 +64,7 @@ impl Pipeline {
     /// Makes a pipeline for triangles without face culling. `nearer` is the depth test, and `shaders` are the vertex shader
     /// and, if there are colours, the fragment shader.
     fn graphics(
-        context: &Arc<Context>,
+        context: &Context,
         name: &str,
         shaders: &[Shader],
         bindings: &[(u32, vk::DescriptorType)],
@@ -90,8 +81,25 @@ impl Pipeline {
         } else {
             vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT
         };
-        let constants = drawing.constants.len() as u32;
-        let mut pipeline = Self::layouts(context, bindings, constants, stages, vk::PipelineBindPoint::GRAPHICS)?;
+        let kind = PipelineKind {
+            shaders: shaders.to_vec(),
+            bindings: bindings.to_vec(),
+            constants: drawing.constants.len() as u32,
+            drawn: Some((nearer, formats.clone(), drawing.samples)),
+        };
+        Self::kept(context, kind, stages, name, |layout| {
+            Self::make_graphics(context, shaders, &formats, drawing.samples, nearer, layout)
+        })
+    }
+
+    fn make_graphics(
+        context: &Context,
+        shaders: &[Shader],
+        formats: &[vk::Format],
+        samples: u32,
+        nearer: vk::CompareOp,
+        layout: vk::PipelineLayout,
+    ) -> Result<Vec<vk::Pipeline>, GpuError> {
         let modules = shaders.iter().map(|shader| Module::new(context, shader)).collect::<Result<Vec<_>, _>>()?;
         let kinds = [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT];
         let stages: Vec<_> = modules.iter().zip(kinds).map(|(module, kind)| module.stage(kind)).collect();
@@ -108,7 +116,7 @@ impl Pipeline {
             .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
             .line_width(1.0);
         let samples = vk::PipelineMultisampleStateCreateInfo::default()
-            .rasterization_samples(vk::SampleCountFlags::from_raw(drawing.samples));
+            .rasterization_samples(vk::SampleCountFlags::from_raw(samples));
         let depth = vk::PipelineDepthStencilStateCreateInfo::default()
             .depth_test_enable(true)
             .depth_write_enable(true)
@@ -119,7 +127,7 @@ impl Pipeline {
         let dynamic = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
         let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
         let mut rendering = vk::PipelineRenderingCreateInfo::default()
-            .color_attachment_formats(&formats)
+            .color_attachment_formats(formats)
             .depth_attachment_format(DEPTH_FORMAT);
         let create = [vk::GraphicsPipelineCreateInfo::default()
             .stages(&stages)
@@ -131,22 +139,47 @@ impl Pipeline {
             .depth_stencil_state(&depth)
             .color_blend_state(&blend)
             .dynamic_state(&dynamic)
-            .layout(pipeline.layout)
+            .layout(layout)
             .push_next(&mut rendering)];
         // SAFETY: modules, layout and all state above live through the call.
-        pipeline.raw = unsafe { context.device.create_graphics_pipelines(context.pipelines.raw, &create, None) }
-            .map_err(|(_, result)| GpuError::Call { call: "creating a graphics pipeline", result })?[0];
-        context.set_name(pipeline.raw, name);
-        Ok(pipeline)
+        let made = unsafe { context.device.create_graphics_pipelines(context.pipelines.raw, &create, None) };
+        made.map_err(|(_, result)| GpuError::Call { call: "creating a graphics pipeline", result })
     }
 
-    fn layouts(
-        context: &Arc<Context>,
-        bindings: &[(u32, vk::DescriptorType)],
-        constants: u32,
+    /// The pipeline of a kind that the context keeps, made where there is none. `make` makes it with a layout.
+    fn kept(
+        context: &Context,
+        kind: PipelineKind,
         stages: vk::ShaderStageFlags,
-        bind_point: vk::PipelineBindPoint,
+        name: &str,
+        make: impl FnOnce(vk::PipelineLayout) -> Result<Vec<vk::Pipeline>, GpuError>,
     ) -> Result<Self, GpuError> {
+        let bind_point = match kind.drawn {
+            None => vk::PipelineBindPoint::COMPUTE,
+            Some(_) => vk::PipelineBindPoint::GRAPHICS,
+        };
+        context.made.get_or_make(kind, |kind| {
+            let mut pipeline = Self { bind_point, ..Self::default() };
+            let made = pipeline.add_layouts(context, kind, stages).and_then(|()| make(pipeline.layout));
+            match made {
+                Ok(made) => pipeline.raw = made[0],
+                Err(error) => {
+                    pipeline.destroy(&context.device);
+                    return Err(error);
+                }
+            }
+            context.set_name(pipeline.raw, name);
+            Ok(pipeline)
+        })
+    }
+
+    fn add_layouts(
+        &mut self,
+        context: &Context,
+        kind: &PipelineKind,
+        stages: vk::ShaderStageFlags,
+    ) -> Result<(), GpuError> {
+        let PipelineKind { bindings, constants, .. } = kind;
         let bindings: Vec<_> = bindings
             .iter()
             .map(|(binding, kind)| {
@@ -159,34 +192,16 @@ impl Pipeline {
             .collect();
         let create = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
         // SAFETY: the device is alive, and the bindings live through the call.
-        let set_layout = unsafe { context.device.create_descriptor_set_layout(&create, None) }
+        self.set_layout = unsafe { context.device.create_descriptor_set_layout(&create, None) }
             .during("creating a descriptor set layout")?;
-        let mut pipeline = Self {
-            context: Arc::clone(context),
-            raw: vk::Pipeline::null(),
-            layout: vk::PipelineLayout::null(),
-            set_layout,
-            bind_point,
-        };
-        let layouts = [set_layout];
-        let range = [vk::PushConstantRange { stage_flags: stages, offset: 0, size: constants }];
-        let ranges = if constants == 0 { &range[..0] } else { &range[..] };
+        let layouts = [self.set_layout];
+        let range = [vk::PushConstantRange { stage_flags: stages, offset: 0, size: *constants }];
+        let ranges = if *constants == 0 { &range[..0] } else { &range[..] };
         let create = vk::PipelineLayoutCreateInfo::default().set_layouts(&layouts).push_constant_ranges(ranges);
         // SAFETY: the device is alive, and the ranges live through the call.
-        pipeline.layout =
+        self.layout =
             unsafe { context.device.create_pipeline_layout(&create, None) }.during("creating a pipeline layout")?;
-        Ok(pipeline)
-    }
-}
-
-impl Drop for Pipeline {
-    fn drop(&mut self) {
-        // SAFETY: the owner waits for the device before it drops its pipelines. Null handles may be destroyed.
-        unsafe {
-            self.context.device.destroy_pipeline(self.raw, None);
-            self.context.device.destroy_pipeline_layout(self.layout, None);
-            self.context.device.destroy_descriptor_set_layout(self.set_layout, None);
-        }
+        Ok(())
     }
 }
 

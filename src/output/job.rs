@@ -110,7 +110,7 @@ pub(crate) fn run_into(
         frames,
         pictures,
         plots,
-        accuracy: check.map(|check| check.accuracy(prepared)),
+        accuracy: check.map(|mut check| check.accuracy(prepared)),
         energy,
         budgets: start.tables.mean_budgets()?,
         sigma: job.sigma.map(RunSigma::report),

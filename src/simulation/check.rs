@@ -3,32 +3,39 @@
 //! A network is stepped whole in f64, at a tenth of its tolerance. Up to 20,000 drawn nodes this includes the warm-up. Up to 100,000 drawn nodes it starts
 //! at time 0 from the state of the device.
 //!
+//! A thread of its own does a step that takes long, while the engine goes on (`beside.rs`). Results do not depend on that.
+//!
 //! The sample also takes every step of the run in two halves, which gives the error of the step length. Where a comparison is not possible, because surfaces
 //! of a large craft radiate to each other, that error is all that a check finds.
 
+mod beside;
 mod differences;
 mod exchange;
 mod halves;
 mod lone;
 mod network;
+mod sample;
 
 pub use self::halves::StepLengthError;
 
+use std::sync::mpsc::{Receiver, channel};
+
+use self::beside::Beside;
 use self::differences::Differences;
 use self::exchange::{ExchangeCheck, ExchangeCheckState};
 use self::halves::{Halves, HalvesState};
 use self::network::{NetworkCheck, NetworkCheckState, joints};
+use self::sample::Sample;
 use super::engine::{Engine, EngineError, Order};
 use super::exchange_poses::RowsBetween;
 use super::prepare::Prepared;
 use crate::environment::StepLoad;
-use crate::environment::shadow::{LightAndPoses, LitAreas};
+use crate::environment::shadow::LightAndPoses;
 use crate::model::nodes::GROUP;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::incident::{IncidentFunction, incident};
 use crate::thermal::misfit::part;
 use crate::thermal::reference::{Reference, ReferenceState};
-use crate::trace::span;
 
 /// Nodes in the sample where the user gives no number.
 pub(crate) const SAMPLE: usize = 256;
@@ -99,24 +106,19 @@ impl Accuracy {
     }
 }
 
+/// Temperatures of the sample at the end of a step [K], once that step is done.
+pub(crate) type SampleEnd = Receiver<Vec<f64>>;
+
 /// The reference of a sample of nodes, and the differences so far.
 pub struct Check {
+    /// Nodes of the sample.
     slots: Vec<usize>,
     /// Area of each node of the sample [m2].
     areas: Vec<f64>,
-    /// Nodes of the device.
-    nodes: usize,
-    reference: Reference<IncidentFunction>,
-    /// The light on the sample.
-    light: Option<LitAreas>,
-    /// Place of each node of the sample among the structures below plates. `None` without one.
-    structures: Vec<Option<usize>>,
-    /// The whole network of the scene in f64. `None` where it is too large.
-    network: Option<NetworkCheck>,
-    /// Radiation between surfaces. `None` without.
-    exchange: Option<ExchangeCheck>,
-    /// The sample at half the step.
-    halves: Halves,
+    /// The sample in f64.
+    sample: Beside<Sample>,
+    /// Whether a step takes long enough for a thread of its own.
+    takes_long: bool,
     /// Nodes of a network that is too large for the reference.
     left_out: bool,
     notes: Vec<String>,
@@ -188,20 +190,21 @@ impl Check {
         let structures = prepared.structures();
         let reference = Reference::new(own, prepared.materials.clone(), incident as IncidentFunction)
             .with_joints(joints(prepared, &slots));
+        let exchange = prepared.exchange.as_ref().filter(|_| compares);
         Self {
-            light: prepared.lit_areas(slots.iter().copied()),
-            halves: Halves::new(prepared, &reference, &slots, network.is_some(), (sample, !compares)),
             areas: slots.iter().map(|slot| nodes.areas[*slot]).collect(),
-            nodes: nodes.vertex_of_node.len(),
-            structures: slots.iter().map(|slot| structures.binary_search(slot).ok()).collect(),
-            reference,
-            exchange: prepared
-                .exchange
-                .as_ref()
-                .filter(|_| compares)
-                .map(|craft| ExchangeCheck::new(craft, &prepared.loads.joints_at(0.0).1)),
+            takes_long: network.is_some() || exchange.is_some(),
+            sample: Beside::new(Sample {
+                light: prepared.lit_areas(slots.iter().copied()),
+                halves: Halves::new(prepared, &reference, &slots, network.is_some(), (sample, !compares)),
+                nodes: nodes.vertex_of_node.len(),
+                structures: slots.iter().map(|slot| structures.binary_search(slot).ok()).collect(),
+                reference,
+                exchange: exchange.map(|craft| ExchangeCheck::new(craft, &prepared.loads.joints_at(0.0).1)),
+                slots: slots.clone(),
+                network,
+            }),
             slots,
-            network,
             left_out,
             notes: Vec::new(),
             tally: Tally::default(),
@@ -210,67 +213,46 @@ impl Check {
 
     /// Settles the sample at a load, at a time [s].
     pub(crate) fn settle(&mut self, load: &StepLoad, time: f64) {
-        self.reference.find_light(&mut self.light, load);
-        self.reference.settle(load);
-        if let Some(network) = self.network.as_mut().filter(|network| !network.waits) {
-            let heat = network.heat(load);
-            let done = network.run.settle(heat, time);
-            network.after(done);
-        }
+        self.sample.here().settle(load, time);
     }
 
     /// Settles the sample at a temperature [K].
     pub(crate) fn settle_at(&mut self, temperature: f64) {
-        self.reference.settle_at(temperature);
-        if let Some(network) = self.network.as_mut().filter(|network| !network.waits) {
-            network.run.settle_at(temperature);
-            network.take_temperatures();
-        }
-    }
-
-    /// Finds the light that nodes receive from the craft in a step, with rays for the poses between which the `rows` of the engine lie.
-    fn receive(&mut self, load: &StepLoad, steps: f64, rows: Option<&RowsBetween>) {
-        let Some(exchange) = &mut self.exchange else { return };
-        if self.network.as_ref().is_some_and(|network| network.failed.is_some() || network.waits) {
-            return;
-        }
-        let _receives = span("light of other surfaces in f64");
-        let mut temperatures = vec![0.0; self.nodes];
-        for (slot, temperature) in self.slots.iter().zip(self.reference.temperatures()) {
-            temperatures[*slot] = *temperature;
-        }
-        let mut lit = self.reference.lit().of_slots(self.slots.iter().copied(), self.nodes);
-        if let Some(network) = &mut self.network {
-            network.loads.find_light(&mut network.light, load);
-            for slot in &network.slots {
-                temperatures[*slot] = network.temperatures[*slot].unwrap_or(0.0);
-            }
-            lit.take(network.slots.iter().copied(), network.loads.lit(), self.nodes);
-        }
-        let received = exchange.received(load, steps, rows, &temperatures, &lit);
-        self.reference.receive(self.slots.iter().map(|slot| received[*slot]).collect());
-        if let Some(network) = &mut self.network {
-            network.loads.receive(network.slots.iter().map(|slot| received[*slot]).collect());
-        }
+        self.sample.here().settle_at(temperature);
     }
 
     /// Advances the sample by `steps` steps, from `start` [s] for `length` [s]. Where surfaces radiate to each other the engine tells the poses of the joints between
-    /// which its rows lie.
-    pub(crate) fn step(&mut self, load: &StepLoad, steps: f64, start: f64, length: f64, rows: Option<&RowsBetween>) {
-        let _checks = span("checking in f64");
-        self.reference.find_light(&mut self.light, load);
-        self.receive(load, steps, rows);
-        self.reference.step(load, steps);
-        if let Some(network) = self.network.as_mut().filter(|network| network.failed.is_none() && !network.waits) {
-            network.step(load, start, length);
+    /// which its rows lie. A step that takes long is done while the engine goes on.
+    pub(crate) fn step(
+        &mut self,
+        load: &StepLoad,
+        steps: f64,
+        start: f64,
+        length: f64,
+        rows: Option<&RowsBetween>,
+    ) -> SampleEnd {
+        let (end, ended) = channel();
+        // The rows of the engine are shared while it uses them.
+        let turned = self.sample.here().follow(rows);
+        let step = move |sample: &mut Sample, load: &StepLoad| {
+            sample.step(load, steps, [start, length], turned);
+            // A warm-up compares nothing, so nobody may be there to take them.
+            drop(end.send(sample.temperatures()));
+        };
+        if self.takes_long {
+            let load = load.clone();
+            self.sample.work(move |sample| step(sample, &load));
+        } else {
+            step(&mut self.sample.here(), load);
         }
-        if self.halves.has_begun() {
-            let network = self.network.as_ref().map(|network| &network.loads);
-            let _halves = span("in steps of half the length");
-            self.halves.step(load, &self.reference, network, steps, [start, length]);
-            let whole = self.temperatures();
-            self.halves.compare(&whole, steps, start + length);
-        }
+        ended
+    }
+
+    /// The present temperatures of the sample, for a comparison without a step.
+    pub(crate) fn present(&mut self) -> SampleEnd {
+        let (end, ended) = channel();
+        drop(end.send(self.sample.here().temperatures()));
+        ended
     }
 
     /// Begins the steps in halves, from the present state of the engine.
@@ -278,40 +260,30 @@ impl Check {
     /// # Errors
     /// A call that fails.
     pub(super) fn begin_halves(&mut self, engine: &mut dyn Engine) -> Result<(), EngineError> {
+        let mut sample = self.sample.here();
         let mut temperatures = Vec::new();
-        if self.halves.has_lone() {
+        if sample.halves.has_lone() {
             engine.submit(None, Order { temperatures: true, ..Order::default() })?;
             temperatures = engine.deliver()?.temperatures.unwrap_or_default();
         }
-        self.halves.begin(&self.reference, self.network.as_ref(), &temperatures);
+        let Sample { halves, reference, network, .. } = &mut *sample;
+        halves.begin(reference, network.as_ref(), &temperatures);
         Ok(())
     }
 
     /// Adds values [K] to the temperatures of the network's nodes.
     pub(super) fn move_network(&mut self, by: &[f64]) {
-        if let Some(network) = self.network.as_mut().filter(|network| !network.waits) {
-            let moved: Vec<f64> = network.run.temperatures().iter().zip(by).map(|(now, by)| now + by).collect();
-            network.run.set_temperatures(&moved);
-            network.take_temperatures();
-        }
+        self.sample.here().move_network(by);
     }
 
     /// Adds values [K] to the temperatures of the structures below plates.
     pub(super) fn move_structures(&mut self, by: &[f64]) {
-        let present: Vec<Option<f64>> = self.reference.structures().collect();
-        for (node, (place, present)) in self.structures.iter().zip(present).enumerate() {
-            if let (Some(place), Some(present)) = (place, present) {
-                self.reference.set_structure(node, present + by[*place]);
-            }
-        }
+        self.sample.here().move_structures(by);
     }
 
     /// Starts a network that is too large for the warm-up from the engine's temperatures [K] and thermostats at time 0.
     pub(super) fn start_network(&mut self, temperatures: &[f64], on: &[bool]) {
-        if let Some(network) = self.network.as_mut().filter(|network| network.waits) {
-            network.waits = false;
-            network.run.start_from(temperatures, on);
-            network.take_temperatures();
+        if self.sample.here().start_network(temperatures, on) {
             self.notes.push(format!(
                 "The thermal network has more than {LARGEST_IN_WARM_UP} drawn nodes: its reference starts from the \
                  temperatures of the device at time 0. These figures do not have the error of the warm-up."
@@ -319,17 +291,12 @@ impl Check {
         }
     }
 
-    /// Present temperatures of the sample [K]. The comparison follows when the device delivers the same step.
-    pub(crate) fn temperatures(&self) -> Vec<f64> {
-        let known = |slot: &usize| self.network.as_ref().and_then(|network| network.temperatures[*slot]);
-        let nodes = self.slots.iter().zip(self.reference.temperatures());
-        nodes.map(|(slot, temperature)| known(slot).unwrap_or(*temperature)).collect()
-    }
-
-    /// Compares delivered temperatures with the temperatures of the reference at that step.
-    pub(crate) fn compare(&mut self, step: u32, time: f64, reference: &[f64], device: &[f32]) {
+    /// Compares delivered temperatures with the temperatures of the reference at the `end` of that step.
+    pub(crate) fn compare(&mut self, step: u32, time: f64, end: &SampleEnd, device: &[f32]) {
+        // Where there are none, the thread ended in a panic, which the next call passes on.
+        let Ok(reference) = end.recv() else { return };
         self.tally.steps += 1;
-        for ((slot, area), expected) in self.slots.iter().zip(&self.areas).zip(reference) {
+        for ((slot, area), expected) in self.slots.iter().zip(&self.areas).zip(&reference) {
             let found = f64::from(device[*slot]);
             if *expected < COLD {
                 self.tally.cold += 1;
@@ -346,12 +313,13 @@ impl Check {
     /// # Errors
     /// A call that fails.
     pub(crate) fn save(&mut self) -> Result<CheckState, EngineError> {
+        let mut sample = self.sample.here();
         Ok(CheckState {
-            nodes: self.reference.save(),
-            light: self.light.as_ref().and_then(|light| light.redraw.found_for.clone()),
-            network: self.network.as_mut().map(NetworkCheck::save).transpose()?,
-            exchange: self.exchange.as_ref().map(ExchangeCheck::save),
-            halves: self.halves.save()?,
+            nodes: sample.reference.save(),
+            light: sample.light.as_ref().and_then(|light| light.redraw.found_for.clone()),
+            network: sample.network.as_mut().map(NetworkCheck::save).transpose()?,
+            exchange: sample.exchange.as_ref().map(ExchangeCheck::save),
+            halves: sample.halves.save()?,
             notes: self.notes.clone(),
             tally: self.tally,
         })
@@ -362,24 +330,26 @@ impl Check {
     /// # Errors
     /// A state of another scene or sample.
     pub(crate) fn restore(&mut self, saved: &CheckState) -> Result<(), EngineError> {
-        self.reference.restore(&saved.nodes)?;
-        if let Some(light) = &mut self.light {
+        let mut sample = self.sample.here();
+        sample.reference.restore(&saved.nodes)?;
+        if let Some(light) = &mut sample.light {
             light.redraw.found_for.clone_from(&saved.light);
         }
-        if let Some(network) = &mut self.network {
+        if let Some(network) = &mut sample.network {
             network.restore(part("the network beside the run", &saved.network)?)?;
         }
-        if let Some(exchange) = &mut self.exchange {
+        if let Some(exchange) = &mut sample.exchange {
             exchange.restore(part("radiation between surfaces beside the run", &saved.exchange)?)?;
         }
-        self.halves.restore(&saved.halves)?;
+        sample.halves.restore(&saved.halves)?;
         self.notes.clone_from(&saved.notes);
         self.tally = saved.tally;
         Ok(())
     }
 
     /// The result.
-    pub fn accuracy(&self, prepared: &Prepared) -> Accuracy {
+    pub fn accuracy(&mut self, prepared: &Prepared) -> Accuracy {
+        let sample = self.sample.here();
         let Tally { differences, cold, largest_cold_flux, steps } = self.tally;
         let (slot, step, time) = differences.worst;
         let nodes = &prepared.nodes;
@@ -392,7 +362,7 @@ impl Check {
         };
         let compared = if self.slots.is_empty() { NOT_COMPARED } else { SAME_LOADS };
         let mut notes = vec![compared.to_owned()];
-        if self.network.is_some() {
+        if sample.network.is_some() {
             notes.push("The reference of the thermal network runs at a tenth of its tolerance.".to_owned());
         }
         notes.extend(self.notes.iter().cloned());
@@ -402,11 +372,11 @@ impl Check {
                  not in these figures."
             ));
         }
-        if let Some(reason) = self.network.as_ref().and_then(|network| network.failed.as_ref()) {
+        if let Some(reason) = sample.network.as_ref().and_then(|network| network.failed.as_ref()) {
             notes.push(format!("The f64 network could not be stepped along: {reason}"));
         }
-        notes.extend(self.exchange.as_ref().and_then(ExchangeCheck::remark));
-        notes.extend(self.halves.remark());
+        notes.extend(sample.exchange.as_ref().and_then(ExchangeCheck::remark));
+        notes.extend(sample.halves.remark());
         if cold > 0 {
             notes.push(format!(
                 "{cold} comparisons of nodes below {COLD} K, where the balance is ill-conditioned, were made in radiated \
@@ -422,7 +392,7 @@ impl Check {
             worst_node: named(slot),
             worst_step: u64::from(step),
             worst_time_s: time,
-            step_length: self.halves.error(named),
+            step_length: sample.halves.error(named),
             notes,
         }
     }

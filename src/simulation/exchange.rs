@@ -181,12 +181,16 @@ impl ExchangeCraft {
         self.shared.share(posed.rows(), posed.found());
     }
 
-    /// The exchange between two poses. A check has the exchange of its engine, because the same function would find the same again.
+    /// The exchange between two poses, without view factors between patches, or in a pose. A check has the rows of its engine, because the same function would find the
+    /// same again.
     pub(super) fn between(&self, rows: &RowsBetween) -> Arc<Exchange> {
+        if rows.from == rows.to {
+            return self.cast(&rows.from);
+        }
         self.shared.get(rows).unwrap_or_else(|| {
-            let from = self.cast(&rows.from);
+            let [from, to] = [&rows.from, &rows.to].map(|poses| self.find(poses).unpack_rows());
             let _means = span("rows between two poses");
-            if rows.from == rows.to { from } else { Arc::new(from.at(&self.cast(&rows.to), rows.share)) }
+            Arc::new(from.at(&to, rows.share))
         })
     }
 
@@ -212,7 +216,7 @@ impl Finding for Exchange {
     }
 
     fn unpack(packed: &PackedExchange) -> Self {
-        packed.unpack()
+        packed.unpack_rows()
     }
 
     fn bytes(packed: &PackedExchange) -> usize {

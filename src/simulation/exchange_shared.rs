@@ -9,6 +9,12 @@ use crate::exchange::bundles::SkyBundles;
 use crate::exchange::jointed_rays::JointedRays;
 use crate::exchange::packed::PackedExchange;
 use crate::exchange::step::Exchange;
+use crate::gpu::host_heap::give_back_freed_memory;
+
+/// Size of a packed exchange [B] from which freed memory is given back, which takes milliseconds.
+const LARGE: usize = 1 << 19;
+/// Findings between two times.
+const FINDINGS: usize = 4;
 
 /// Poses of the joints, each with its exchange as long as anybody uses it. A copy begins with none, because the patches of a copied craft may be changed.
 #[derive(Debug, Default)]
@@ -49,6 +55,10 @@ impl ExchangesInUse {
             let exchange = Arc::new(PackedExchange::new(make()));
             let mut known = known();
             known.retain(|(_, exchange)| exchange.strong_count() > 0);
+            // Finding takes many times the memory of what is found.
+            if exchange.bytes() > LARGE && known.len().is_multiple_of(FINDINGS) {
+                give_back_freed_memory();
+            }
             known.push((poses.to_vec(), Arc::downgrade(&exchange)));
             exchange
         })

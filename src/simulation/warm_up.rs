@@ -11,7 +11,6 @@ use super::orbits::{Orbits, Periodic};
 use super::parts::Passing;
 use super::prepare::Prepared;
 use super::state::BetweenSteps;
-use crate::gpu::host_heap::give_back_freed_memory;
 use crate::gpu::layout::FUSED_STEPS;
 use crate::scene::Initial;
 use crate::trace::{span, timed};
@@ -127,8 +126,6 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
                 None
             }
         };
-        // The casts of a warm-up take much more memory than the steps after it.
-        give_back_freed_memory();
         if let Some(check) = self.check.as_deref_mut() {
             let _starts = span("starting the check");
             if let Some(temperatures) = self.engine.network_temperatures()?

@@ -110,12 +110,15 @@ impl Kept {
     }
 }
 
-/// Kinds of light, four bits each: none, the whole light of a plane on its front or its back, the light of a node that nothing hides, and any other.
+/// Kinds of light, four bits each: none, the whole light of a plane on its front or its back, the light of a node that nothing hides, and any other, on the front, on the back,
+/// or on both.
 const DARK: u8 = 0;
 const FRONT: u8 = 1;
 const BACK: u8 = 2;
 const OPEN: u8 = 3;
 const PART: u8 = 4;
+const PART_BACK: u8 = 5;
+const MIXED: u8 = 6;
 /// Nodes that one thread packs together.
 const CHUNK: usize = 256;
 
@@ -124,8 +127,8 @@ const CHUNK: usize = 256;
 struct PackedLight {
     /// Two nodes a byte.
     kinds: Vec<u8>,
-    /// The light of [`PART`].
-    parts: Vec<LitArea>,
+    /// Vectors of any other light. Where it is [`MIXED`], its share on the front follows.
+    parts: Vec<f64>,
     /// First of these parts in each chunk.
     first: Vec<u32>,
 }
@@ -148,14 +151,20 @@ fn same(a: &LitArea, b: &LitArea) -> bool {
 impl PackedLight {
     fn new(nodes: &[LitNode], lit: &[LitArea], open: impl Fn(&mut FacingCorners, usize) -> LitArea + Sync) -> Self {
         let chunk = |corners: &mut FacingCorners, (chunk, lit): (usize, &[LitArea])| {
-            let (mut kinds, mut parts) = (vec![0u8; lit.len().div_ceil(2)], Vec::new());
+            let (mut kinds, mut parts) = (vec![0u8; lit.len().div_ceil(2)], Vec::<f64>::new());
             for (k, area) in lit.iter().enumerate() {
                 let node = CHUNK * chunk + k;
                 let in_plane = [DARK, FRONT, BACK].into_iter().find(|kind| same(&plane(&nodes[node], *kind), area));
                 let mut is_open = || same(&open(corners, node), area);
-                let kind = in_plane.unwrap_or_else(|| if is_open() { OPEN } else { PART });
+                let kind = in_plane.unwrap_or_else(|| match area.front {
+                    _ if is_open() => OPEN,
+                    1.0 => PART,
+                    front if front.to_bits() == 0 => PART_BACK,
+                    _ => MIXED,
+                });
                 kinds[k / 2] |= kind << (4 * (k % 2));
-                parts.extend((kind == PART).then_some(*area));
+                parts.extend((kind >= PART).then(|| area.vector.to_array()).iter().flatten());
+                parts.extend((kind == MIXED).then_some(area.front));
             }
             (kinds, parts)
         };
@@ -174,12 +183,16 @@ impl PackedLight {
     fn unpack(&self, nodes: &[LitNode], open: impl Fn(&mut FacingCorners, usize) -> LitArea + Sync) -> Vec<LitArea> {
         let mut lit = vec![LitArea::DARK; nodes.len()];
         let chunk = |corners: &mut FacingCorners, (chunk, lit): (usize, &mut [LitArea])| {
-            let mut parts = self.parts[self.first[chunk] as usize..].iter();
+            let mut parts = self.parts[self.first[chunk] as usize..].iter().copied();
+            let mut next = || parts.next().unwrap_or_default();
             for (k, area) in lit.iter_mut().enumerate() {
                 let node = CHUNK * chunk + k;
                 *area = match self.kinds[node / 2] >> (4 * (node % 2)) & 15 {
                     OPEN => open(corners, node),
-                    PART => parts.next().copied().unwrap_or(LitArea::DARK),
+                    kind @ PART.. => LitArea {
+                        vector: DVec3::new(next(), next(), next()),
+                        front: if kind == MIXED { next() } else { f64::from(u8::from(kind == PART)) },
+                    },
                     kind => plane(&nodes[node], kind),
                 };
             }
@@ -189,7 +202,7 @@ impl PackedLight {
     }
 
     fn bytes(&self) -> usize {
-        self.kinds.len() + 4 * self.first.len() + self.parts.len() * size_of::<LitArea>()
+        self.kinds.len() + 4 * self.first.len() + 8 * self.parts.len()
     }
 }
 
@@ -205,10 +218,11 @@ mod tests {
     }
 
     fn lit(nodes: &[LitNode]) -> Vec<LitArea> {
-        let area = |node: &LitNode| match node.number % 6 {
+        let area = |node: &LitNode| match node.number % 7 {
             kind @ 0..3 => plane(node, kind as u8),
             3 => LitArea { vector: 0.3 * node.normal, front: 0.7 },
             4 => open(node),
+            5 => LitArea { vector: -0.2 * node.normal, front: 0.0 },
             // Differs from darkness in a sign alone.
             _ => LitArea { vector: -DVec3::ZERO, front: 1.0 },
         };
@@ -243,21 +257,19 @@ mod tests {
         // Other nodes have light of their own.
         let others = KeptSet::new(&all, &nodes[1..]);
         assert_eq!((others.number, KeptSet::new(&all, &nodes).number), (1, 0));
-        // Two of six nodes take the memory of a lit area.
-        let parts = nodes.iter().filter(|node| [3, 5].contains(&(node.number % 6))).count();
+        // Three of seven nodes take the memory of a vector, one of them of a share too.
+        let numbers = [3, 3, 3, 3, 5, 5, 5, 6, 6, 6];
+        let count = |number: &u32| nodes.iter().filter(|node| node.number % 7 == *number).count();
         let bytes = PackedLight::new(&nodes, &first, |_, node| open(&nodes[node])).bytes();
-        assert_eq!(bytes, nodes.len().div_ceil(2) + 8 + size_of::<LitArea>() * parts);
+        assert_eq!(bytes, nodes.len().div_ceil(2) + 8 + 8 * numbers.iter().map(count).sum::<usize>());
     }
 
     #[test]
     fn the_first_light_stays() {
         let mut kept = Kept::default();
-        let parts = MEMORY / size_of::<LitArea>() / 4;
+        let parts = MEMORY / 8 / 4;
         for place in 0..9 {
-            kept.keep(
-                (0, vec![place]),
-                PackedLight { kinds: vec![0; 8], parts: vec![LitArea::DARK; parts], first: vec![0] },
-            );
+            kept.keep((0, vec![place]), PackedLight { kinds: vec![0; 8], parts: vec![0.0; parts], first: vec![0] });
         }
         assert!(kept.bytes <= MEMORY && kept.light.len() == 3 && kept.light.contains_key(&(0, vec![0])));
     }

@@ -94,17 +94,15 @@ impl ExchangeCheck {
         }
     }
 
-    /// The light on the faces of every node in a step, from rays for the poses between which the engine's rows lie. The load lasts `steps`. Nodes have temperatures [K] and
-    /// lit areas.
+    /// The light on the faces of every node in a step. The load lasts `steps`. Rows that `turned` differ from those before. Nodes have temperatures [K] and lit areas.
     pub(crate) fn received(
         &mut self,
         load: &StepLoad,
         steps: f64,
-        rows: Option<&RowsBetween>,
+        turned: bool,
         temperatures: &[f64],
         lit: &Lit,
     ) -> Vec<[FaceLoad; 2]> {
-        let turned = rows.is_some_and(|rows| self.turn(rows));
         if turned {
             self.renewal.new_rows();
         }
@@ -140,8 +138,8 @@ impl ExchangeCheck {
         received
     }
 
-    /// Makes the rows between poses hold. Returns whether others held before.
-    fn turn(&mut self, rows: &RowsBetween) -> bool {
+    /// Makes the rows between the poses of the engine hold. Returns whether others held before.
+    pub(super) fn turn(&mut self, rows: &RowsBetween) -> bool {
         if self.now.0 == *rows {
             return false;
         }

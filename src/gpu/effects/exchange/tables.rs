@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::exchange::patches::NONE;
 use crate::exchange::reflected::Areas;
-use crate::exchange::sparse::Sparse;
+use crate::exchange::sparse::{Sparse, joined};
 use crate::exchange::step::Exchange;
 use crate::exchange::words::pieces;
 use crate::gpu::layout::ExchangePatch;
@@ -87,7 +87,7 @@ impl ExchangeTables {
 
     /// The tables that change with the poses of joints. All others are empty.
     fn moving(exchange: &Exchange, order: &[u32], places: &[u32]) -> Self {
-        let mut entries: Vec<[u32; 4]> = Vec::new();
+        let (mut parts, mut start) = (Vec::<Vec<[u32; 4]>>::new(), 0);
         let mut rows = |of: &Sparse| -> Vec<[u32; 2]> {
             let chunk = |(chunk, numbers): (usize, &[u32])| {
                 let mut all = Vec::new();
@@ -98,20 +98,20 @@ impl ExchangeTables {
                 (ends.collect(), all)
             };
             let chunks: Vec<(Vec<u32>, Vec<[u32; 4]>)> = order.par_chunks(CHUNK).enumerate().map(chunk).collect();
-            entries.reserve(chunks.iter().map(|chunk| chunk.1.len()).sum());
             let mut rows = Vec::with_capacity(order.len());
             for (ends, chunk) in chunks {
-                let mut first = entries.len() as u32;
-                let start = first;
+                let mut first = start;
                 for end in ends {
                     rows.push([first, start + end]);
                     first = start + end;
                 }
-                entries.extend(chunk);
+                start = first;
+                parts.push(chunk);
             }
             rows
         };
         let [infrared, reflected] = [&exchange.infrared, &exchange.sunlight].map(|areas| rows(&areas.between));
+        let mut entries = joined(&parts);
         // A craft whose surfaces do not see each other has a buffer all the same. No row has this entry.
         if entries.is_empty() {
             entries.push([0; 4]);
