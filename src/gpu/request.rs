@@ -55,7 +55,7 @@ pub struct Request<'a> {
     /// The sub-frame of an exposure that the image is.
     pub sub_frame: Option<SubFrame>,
     /// What light of their own adds to the temperatures of pixels: the values of `PixelChanges`. Without them all pixels show their nodes.
-    pub(crate) changes: Option<&'a [[f32; 2]]>,
+    pub changes: Option<&'a [[f32; 2]]>,
     /// Heaters of a network that the frame steps.
     pub heating: Option<Heating<'a>>,
     /// Whether the temperatures before the step are kept, for images between them and those after it.

@@ -76,7 +76,7 @@ pub struct Order<'a> {
     /// What surrounds the craft in the image, in the axes of the camera. `None` where no pixel shows it.
     pub surroundings: Option<Surroundings>,
     /// The light up to the time of the image, where pixels have light of their own.
-    pub(crate) past: Option<&'a PastLight>,
+    pub past: Option<&'a PastLight>,
 }
 
 impl Order<'_> {

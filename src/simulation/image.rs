@@ -56,7 +56,7 @@ pub struct Image {
     /// What the camera sees in several bands.
     pub bands: BandImages,
     /// What light of their own adds to the temperatures of pixels. `None` where all pixels show their nodes.
-    pub(crate) changes: Option<Arc<PixelChanges>>,
+    pub changes: Option<Arc<PixelChanges>>,
 }
 
 /// What a camera with several bands sees.
@@ -89,8 +89,8 @@ pub struct RatioImage {
 }
 
 impl Image {
-    /// An image without pixels.
-    pub(crate) fn blank(camera: Camera, camera_from_body: DAffine3, time: f64) -> Self {
+    /// An image without pixels, at a time [s].
+    pub fn blank(camera: Camera, camera_from_body: DAffine3, time: f64) -> Self {
         Self {
             time,
             camera,

@@ -61,7 +61,7 @@ pub(crate) struct PixelLight {
 }
 
 /// The past of the light up to the time of an image.
-pub(crate) struct PastLight {
+pub struct PastLight {
     scene: Arc<PixelLight>,
     /// The oldest first.
     moments: Vec<Arc<Moment>>,

@@ -11,6 +11,7 @@ use super::orbits::{Orbits, Periodic};
 use super::parts::Passing;
 use super::prepare::Prepared;
 use super::state::BetweenSteps;
+use crate::gpu::host_heap::give_back_freed_memory;
 use crate::gpu::layout::FUSED_STEPS;
 use crate::scene::Initial;
 use crate::trace::{span, timed};

@@ -115,24 +115,10 @@ impl Quads {
         let radiance = collected.radiance.expect("an image was asked for");
         let labels = collected.identity.expect("an image was asked for");
         let channel = |channel: usize| radiance.iter().map(|pixel| pixel[channel]).collect();
-        Image {
-            time: 0.0,
-            camera: camera.clone(),
-            camera_from_body: *pose,
-            radiance: channel(0),
-            temperature: channel(1),
-            depth: channel(2),
-            part: labels.iter().map(|label| label[0]).collect(),
-            material: labels.iter().map(|label| label[1]).collect(),
-            coverage: channel(3),
-            reflected: Vec::new(),
-            error: Vec::new(),
-            budget: Vec::new(),
-            sigma: Default::default(),
-            digital_numbers: None,
-            counts: None,
-            bands: Default::default(),
-        }
+        let mut image = Image::blank(camera.clone(), *pose, 0.0);
+        [image.radiance, image.temperature, image.depth, image.coverage] = [0, 1, 2, 3].map(channel);
+        [image.part, image.material] = [0, 1].map(|label: usize| labels.iter().map(|labels| labels[label]).collect());
+        image
     }
 }
 

@@ -68,7 +68,8 @@ impl DeviceCamera {
 
     /// What light of their own adds to pixels. `None` where an image is not drawn pixel by pixel from one pose, at one instant.
     pub(crate) fn changes(&self, order: &Order<'_>) -> Option<PixelChanges> {
-        let past = order.past.filter(|_| self.draws_pixels() && order.moments.is_none() && self.crop(order).is_none())?;
+        let past =
+            order.past.filter(|_| self.draws_pixels() && order.moments.is_none() && self.crop(order).is_none())?;
         past.changes(&raster_view(&self.camera, order.pose.as_ref()?), order.joints)
     }
 
