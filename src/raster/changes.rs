@@ -7,7 +7,7 @@ use super::view::RasterView;
 
 /// Changes of the temperature in the pixels of an image.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct PixelChanges {
+pub struct PixelChanges {
     /// The width of the image [px]; then for each pixel, row after row, what is added to its temperature [K], and the index of the part + 1 for which that
     /// holds, or 0.
     pub(crate) values: Vec<[f32; 2]>,

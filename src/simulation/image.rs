@@ -56,7 +56,7 @@ pub struct Image {
     /// What the camera sees in several bands.
     pub bands: BandImages,
     /// What light of their own adds to the temperatures of pixels. `None` where all pixels show their nodes.
-    pub(crate) changes: Option<Arc<PixelChanges>>,
+    pub changes: Option<Arc<PixelChanges>>,
 }
 
 /// What a camera with several bands sees.

@@ -92,6 +92,7 @@ fn wanted() -> Vec<Wanted> {
         tables: true,
         map: true,
         crinkled: true,
+        in_pixels: true,
     };
     all.push(Wanted { shows, texels: 3_000_000, ..DRAWN });
     let far = Some(Sampled { distance: Distance::Far, ..ONE });

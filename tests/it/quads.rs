@@ -132,6 +132,7 @@ impl Quads {
             digital_numbers: None,
             counts: None,
             bands: Default::default(),
+            changes: None,
         }
     }
 }
