@@ -27,6 +27,25 @@ pub struct TracedTree<'a> {
     pub(crate) version: u64,
 }
 
+/// What the pixels of an image show.
+#[derive(Default, Clone, Copy)]
+pub enum PixelSource<'a> {
+    /// The nodes in the views.
+    #[default]
+    Nodes,
+    /// A crop of a craft that is far away, which the views show, and how it is put into the pixels.
+    Crop(layout::Distant),
+    /// The nodes, with light of their own in some pixels: the values of `PixelChanges`.
+    Changed(&'a [[f32; 2]]),
+}
+
+impl PixelSource<'_> {
+    /// Whether the image is made from a crop.
+    pub(crate) fn is_crop(&self) -> bool {
+        matches!(self, Self::Crop(_))
+    }
+}
+
 /// Work and outputs of a frame.
 #[derive(Default, Clone, Copy)]
 pub struct Request<'a> {
@@ -50,12 +69,10 @@ pub struct Request<'a> {
     pub planet: Option<(layout::PlanetView, &'a [f32])>,
     /// What reflections of the craft need. Without a value the image takes the value of the slot's last image.
     pub traced: Option<TracedTree<'a>>,
-    /// How the crop of a craft that is far away is put into the pixels. The views then show the crop.
-    pub distant: Option<layout::Distant>,
+    /// What pixels show.
+    pub pixels: PixelSource<'a>,
     /// The sub-frame of an exposure that the image is.
     pub sub_frame: Option<SubFrame>,
-    /// What light of their own adds to the temperatures of pixels: the values of `PixelChanges`. Without them all pixels show their nodes.
-    pub changes: Option<&'a [[f32; 2]]>,
     /// Heaters of a network that the frame steps.
     pub heating: Option<Heating<'a>>,
     /// Whether the temperatures before the step are kept, for images between them and those after it.

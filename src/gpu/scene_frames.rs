@@ -121,7 +121,7 @@ impl SceneFrames {
 
     /// The image of a request, and the readback of temperatures.
     fn image(&mut self, request: &Request<'_>, views: &mut [View]) -> Recipe {
-        let is_far = request.distant.is_some();
+        let is_far = request.pixels.is_crop();
         let sampled = self.sampled.map(|sampled| if is_far { sampled.far() } else { sampled });
         let is_gathered = sampled.is_some_and(|sampled| sampled.gathered > 1);
         if is_gathered || sampled.is_some_and(|sampled| sampled.shutter.is_some()) {

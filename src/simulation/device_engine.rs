@@ -26,6 +26,7 @@ use crate::gpu::error::GpuError;
 use crate::gpu::layout;
 use crate::gpu::plan::check_plan;
 use crate::gpu::renderer::{Heating, Renderer, Request};
+use crate::gpu::request::PixelSource;
 use crate::gpu::timing::PassTimes;
 use crate::scene::{Camera, MotionBlur};
 use crate::thermal::misfit::{Misfit, part};
@@ -151,8 +152,11 @@ impl DeviceEngine {
             surroundings: order.surroundings.as_ref().map(|around| (layout::Surroundings::new(around), lobes)),
             planet,
             traced: order.pose.as_ref().and(finishes.traced.as_ref()).map(|traced| traced.told(order.time)),
-            distant,
-            changes: changes.as_ref().map(|changes| &changes.values[..]),
+            pixels: match (distant, &changes) {
+                (Some(distant), _) => PixelSource::Crop(distant),
+                (None, Some(changes)) => PixelSource::Changed(&changes.values),
+                (None, None) => PixelSource::Nodes,
+            },
             heating: powers.as_ref().map(|(start, powers)| Heating { start: *start, powers }),
             keep,
             between: order.between.map(|share| share as f32),

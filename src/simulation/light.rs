@@ -5,7 +5,10 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::network::SceneNetwork;
+use super::pixel_light::PixelLight;
 use crate::environment::shadow::{Caster, KeptLight, LitAreas, LitNode, LitSurface, Redraw};
+use crate::environment::step::StepLoads;
 use crate::gpu::effects::image::runs::TriangleRun;
 use crate::gpu::effects::thermal::variant::LightBy;
 use crate::model::nodes::{GROUP, Nodes};
@@ -22,6 +25,8 @@ pub(crate) struct SceneLight {
     pub(super) by: LightBy,
     redraw: Redraw,
     kept: Arc<KeptLight>,
+    /// Foil whose pixels have light of their own, where the scene has any.
+    pub(super) in_pixels: Option<Arc<PixelLight>>,
 }
 
 impl SceneLight {
@@ -59,6 +64,7 @@ impl SceneLight {
             by: LightBy::Normal,
             redraw: Redraw { bounds, angle: settings.redraw_angle, found_for: None },
             kept: Arc::default(),
+            in_pixels: None,
         };
         if scene.environment.solar_constant.is_some_and(|flux| flux > 0.0) {
             let all = || nodes.real().map(|(slot, _)| lit_node(nodes, materials, slot)).collect();
@@ -70,6 +76,20 @@ impl SceneLight {
             };
         }
         light
+    }
+
+    /// The same with foil whose pixels have light of their own.
+    pub(super) fn with_pixels(
+        self,
+        scene: &Scene,
+        craft: (&Nodes, &[[u32; 3]], &[Material]),
+        network: Option<&Arc<SceneNetwork>>,
+        loads: &StepLoads,
+    ) -> Self {
+        let (nodes, _, materials) = craft;
+        let lit = self.lit_areas(nodes, materials, nodes.real().map(|(slot, _)| slot));
+        let in_pixels = lit.and_then(|lit| PixelLight::of(scene, craft, lit, network, loads.joints().is_empty()));
+        Self { in_pixels: in_pixels.map(Arc::new), ..self }
     }
 
     /// Largest distance between two samples of light on a surface [m].

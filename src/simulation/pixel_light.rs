@@ -76,18 +76,17 @@ impl std::fmt::Debug for PastLight {
 
 impl PixelLight {
     /// The surfaces of a scene whose pixels have light of their own. `None` where there are none, or where the scene does not ask for them.
-    pub(crate) fn new(
+    pub(crate) fn of(
         scene: &Scene,
-        geometry: (&Nodes, &[[u32; 3]]),
-        materials: &[Material],
-        (light, network): (Option<LitAreas>, Option<&Arc<SceneNetwork>>),
-        moves: bool,
+        (nodes, triangles, materials): (&Nodes, &[[u32; 3]], &[Material]),
+        light: LitAreas,
+        network: Option<&Arc<SceneNetwork>>,
+        is_still: bool,
     ) -> Option<Self> {
-        let light = light.filter(LitAreas::by_rays)?;
-        if !scene.shadows?.in_pixels || scene.attitude == Attitude::Tumble {
+        if !light.by_rays() || !scene.shadows?.in_pixels || scene.attitude == Attitude::Tumble {
             return None;
         }
-        let surface = FoilSurface::new(geometry, materials, light.numbers(), network)?;
+        let surface = FoilSurface::new((nodes, triangles), materials, light.numbers(), network)?;
         let step = scene.time.step;
         let times = || surface.foils.iter().flatten().map(Foil::time_constant);
         let (shortest, longest) = (times().fold(f64::INFINITY, f64::min), times().fold(0.0, f64::max));
@@ -100,7 +99,7 @@ impl PixelLight {
             Initial::Temperature(kelvin) => Beginning::Temperature(kelvin),
         };
         Some(Self {
-            still: (!moves).then(|| Arc::new(light.occluders(&[]))),
+            still: is_still.then(|| Arc::new(light.occluders(&[]))),
             count: (MEMORY * longest / interval).ceil().clamp(1.0, INTERVALS) as u32,
             surface,
             light,

@@ -9,7 +9,7 @@ use super::given::GivenTemperatures;
 use super::joints;
 use super::light::SceneLight;
 use super::network::{self, SceneNetwork};
-use super::pixel_light::{PastLight, PixelLight};
+use super::pixel_light::PastLight;
 use super::prepare_error::{PrepareError, PrepareStage};
 use super::prepare_names;
 use super::prepare_steps::{self as steps, Dense, SceneHashes};
@@ -70,8 +70,6 @@ pub struct Prepared {
     pub triangle_runs: Vec<TriangleRun>,
     /// The surface that the Sun lights, and how its light is found.
     pub(crate) light: SceneLight,
-    /// Foil whose pixels have light of their own, where the scene has any.
-    pixel_light: Option<Arc<PixelLight>>,
     /// Area of the model, and the result of merging its edges.
     pub model: ModelSummary,
     /// Loads of any step: Sun, planet and albedo.
@@ -191,12 +189,8 @@ impl Prepared {
         let like = like.and_then(|like| like.exchange.as_ref());
         let exchange = steps::exchange(&scene, &nodes, &triangles, network.as_deref(), &materials, like)?;
         warnings.extend(exchange.iter().flat_map(|craft| craft.warnings()));
-        let lit = light.lit_areas(&nodes, &materials, nodes.real().map(|(slot, _)| slot));
-        let moves = !loads.joints().is_empty();
-        let pixel_light =
-            PixelLight::new(&scene, (&nodes, &triangles), &materials, (lit, network.as_ref()), moves).map(Arc::new);
         Ok(Self {
-            pixel_light,
+            light: light.with_pixels(&scene, (&nodes, &triangles, &materials), network.as_ref(), &loads),
             exchange,
             network,
             given,
@@ -205,7 +199,6 @@ impl Prepared {
             materials,
             triangles,
             triangle_runs,
-            light,
             model: ModelSummary { area: areas.iter().sum(), merged },
             loads,
             probes,
@@ -271,12 +264,12 @@ impl Prepared {
 
     /// The light up to the time of an image [s], where pixels have light of their own and the craft's way there is known.
     pub(crate) fn past_light(&self, time: f64) -> Option<PastLight> {
-        self.pixel_light.as_ref().and_then(|light| light.past(&self.loads, &self.materials, time))
+        self.light.in_pixels.as_ref().and_then(|light| light.past(&self.loads, &self.materials, time))
     }
 
     /// Whether some pixels have light of their own.
     pub(crate) fn has_pixel_light(&self) -> bool {
-        self.pixel_light.is_some()
+        self.light.in_pixels.is_some()
     }
 
     /// Nodes with a structure below them that is no node of the network.

@@ -12,7 +12,7 @@ use crate::gpu::error::GpuError;
 use crate::gpu::layout;
 use crate::gpu::pass::Frame;
 use crate::gpu::record::Recorder;
-use crate::gpu::request::{Request, Submitted};
+use crate::gpu::request::{PixelSource, Request, Submitted};
 use crate::trace::timed;
 
 impl Renderer {
@@ -41,7 +41,7 @@ impl Renderer {
         if let Some(turns) = sky {
             resources.write(&SHUTTER_SKY, slot, &[turns])?;
         }
-        if let Some(distant) = request.distant {
+        if let PixelSource::Crop(distant) = request.pixels {
             resources.write(&DISTANT, slot, &[distant])?;
         }
         if let Some((around, lobes)) = request.surroundings {
@@ -49,8 +49,8 @@ impl Renderer {
             resources.write(&LOBES, slot, lobes)?;
         }
         if let Some(traced) = request.traced {
-            let [width, _] = scene.drawn[usize::from(request.distant.is_some())];
-            let (texels, surface_width) = (scene.texels(request.distant.is_some()), scene.drawn[0][0]);
+            let [width, _] = scene.drawn[usize::from(request.pixels.is_crop())];
+            let (texels, surface_width) = (scene.texels(request.pixels.is_crop()), scene.drawn[0][0]);
             let settings = layout::Tracing { width, texels, surface_width, ..traced.settings };
             resources.write(&TRACING, slot, &[settings])?;
             if self.trees[slot] != Some(traced.version) {
@@ -61,7 +61,8 @@ impl Renderer {
         }
         if scene.has_pixel_changes() && !request.views.is_empty() {
             // Without a width there are none.
-            resources.write(&PIXEL_CHANGES, slot, request.changes.unwrap_or(&[[0.0; 2]]))?;
+            let changes = if let PixelSource::Changed(changes) = request.pixels { changes } else { &[[0.0; 2]][..] };
+            resources.write(&PIXEL_CHANGES, slot, changes)?;
         }
         if let Some((view, means)) = request.planet {
             resources.write(&PLANET_VIEW, slot, &[view])?;

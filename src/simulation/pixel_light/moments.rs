@@ -83,7 +83,7 @@ impl Moment {
         times.into_iter().chain(bits(load)).chain(bits(whole)).collect()
     }
 
-    /// Whether its shadows are those of a load.
+    /// Whether its shadows belong to a load.
     pub(super) fn has_shadows_of(&self, load: &StepLoad) -> bool {
         self.shadows.found_for == bits(load)
     }
