@@ -34,7 +34,7 @@ fn a_trace_holds_every_pass_of_the_report_and_no_pass_outside_the_run() {
     let events = events(&trace);
 
     let mut device: BTreeMap<&str, u64> = BTreeMap::new();
-    events.iter().filter(|event| event.0 == 2).for_each(|event| *device.entry(&event.1).or_default() += 1);
+    events.iter().filter(|event| event.0 == 3).for_each(|event| *device.entry(&event.1).or_default() += 1);
     let passes = report["passes"].as_array().expect("passes");
     assert!(!passes.is_empty());
     for pass in passes {
@@ -48,7 +48,7 @@ fn a_trace_holds_every_pass_of_the_report_and_no_pass_outside_the_run() {
 
     // The queue runs one pass after another, after the start of the host.
     let mut queue: Vec<(f64, f64)> =
-        events.iter().filter(|event| event.0 == 2).map(|event| (event.2, event.3)).collect();
+        events.iter().filter(|event| event.0 == 3).map(|event| (event.2, event.3)).collect();
     queue.sort_by(|a, b| a.0.total_cmp(&b.0));
     assert!(queue[0].0 > 0.0 && queue.windows(2).all(|pair| pair[0].1 <= pair[1].0 + 1.0), "{queue:?}");
     let slack = trace["otherData"]["clock_slack_us"].as_f64().expect("a slack");
@@ -61,7 +61,7 @@ fn a_trace_of_the_reference_has_no_device_and_a_run_without_one_no_file() {
     let path = folder.0.path();
     succeed(path, &["run", "scene.toml", "-o", "out", "--device", "cpu", "--trace", "trace.json"]);
     let trace: Value = serde_json::from_slice(&std::fs::read(path.join("trace.json")).expect("a trace")).expect("JSON");
-    assert!(events(&trace).iter().all(|event| event.0 != 2));
+    assert!(events(&trace).iter().all(|event| event.0 != 3));
     assert!(events(&trace).iter().any(|event| event.1 == "stepping nodes in f64"));
 }
 
