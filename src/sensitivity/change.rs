@@ -5,6 +5,7 @@ use wildmatch::WildMatch;
 use super::SensitivityError;
 use crate::scene::{ContactRule, MeshHeater, OwnerPatterns, Parameter, ParameterKind, Scene};
 use crate::simulation::prepare::Prepared;
+use crate::text::plain;
 use crate::thermal::material::{Material, Optics, Radiative, Response, Sides};
 use crate::thermal::shell::ContactConductance;
 
@@ -27,7 +28,11 @@ pub(crate) fn values(parameter: &Parameter, prepared: &Prepared) -> Result<Vec<f
             "material" if parameter.back => {
                 format!("no material '{}' has a back with {what} of its own", parameter.owners.join("', '"))
             }
-            "material" => format!("no material '{}' of the model states its {what}", parameter.owners.join("', '")),
+            "material" => {
+                let known: Vec<&str> = prepared.materials.iter().map(|material| material.name.as_str()).collect();
+                let owners = parameter.owners.join("', '");
+                format!("no material '{owners}' of the model states its {what}; it has: {}", plain(&known.join(", ")))
+            }
             _ => format!("the scene has no {what} of '{}'", parameter.owners.join("' and '")),
         };
         return Err(parameter.error(key, message).into());

@@ -53,14 +53,8 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
         let mut least = f64::INFINITY;
         while orbits.done.orbits < most && !orbits.done.is_met() {
             let steps = orbits.done.orbits.saturating_mul(each);
-            let _orbit = span_with(format!("warm-up: orbit {} of at most {most}", orbits.done.orbits + 1), || {
-                let Periodic { orbits, change, .. } = orbits.done;
-                if orbits == 0 {
-                    String::new()
-                } else {
-                    format!("(the last one changed a node by up to {change:.1e} K)")
-                }
-            });
+            let name = format!("warm-up: orbit {} of at most {most}", orbits.done.orbits + 1);
+            let _orbit = span_with(name, || last_change(&orbits.done));
             let stopped = self.stop.load(Ordering::Relaxed);
             {
                 let _saves = span("saving the state");
@@ -189,6 +183,10 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
         }
         Ok(mean)
     }
+}
+
+fn last_change(Periodic { orbits, change, .. }: &Periodic) -> String {
+    if *orbits == 0 { String::new() } else { format!("(the last one changed a node by up to {change:.1e} K)") }
 }
 
 /// Heat that nodes of a network receive from each other [W] where their temperatures [K] change by `change`.

@@ -114,8 +114,8 @@ impl Prepared {
         Self::made(scene, change, None, progress)
     }
 
-    /// Prepares a scene that differs from this one in values of materials, conductors, heaters and the environment alone. Both share patches and, while this one's
-    /// engine lives, view factors.
+    /// Prepares a scene that differs from this one in values of materials, conductors, heaters and the environment alone. None of them changes the light. Both share
+    /// patches, the light that was found and, while this one's engine lives, view factors.
     ///
     /// # Errors
     /// As for `new`.
@@ -157,7 +157,6 @@ impl Prepared {
             scene.assumptions.push(JOINTS.to_owned());
         }
         let parts: Vec<String> = model.parts.iter().map(|part| part.name.clone()).collect();
-
         steps::check_series(&scene, parts.len(), materials.len())?;
 
         progress(PrepareStage::Network);
@@ -169,11 +168,8 @@ impl Prepared {
         let (triangles, triangle_runs) = steps::by_joint(std::mem::take(&mut model.triangles), &nodes, RUN);
         let (occluders, runs) = steps::by_joint(occluders, &nodes, 1);
         let like = like.filter(|like| like.nodes == nodes);
-        let light = match like {
-            // No value that varies changes the light, and the light that was found is shared.
-            Some(like) => like.light.clone(),
-            None => SceneLight::new(&scene, &nodes, &triangles, (&occluders, &runs), &materials),
-        };
+        let anew = || SceneLight::new(&scene, &nodes, &triangles, (&occluders, &runs), &materials);
+        let light = like.map_or_else(anew, |like| like.light.clone());
         steps::check_traced(&scene, &triangles)?;
 
         progress(PrepareStage::Loads);
