@@ -3,12 +3,9 @@
 use std::borrow::Cow;
 use std::cell::OnceCell;
 
-use gltf::json::Accessor;
-use gltf::json::accessor::{ComponentType, Type, sparse::Sparse};
-use gltf::json::validation::Checked;
-
 use super::ModelFault;
 use super::document::Document;
+use super::elements::{Accessor, ComponentType, ElementType, Substitutes};
 use super::error::label;
 use super::meshopt_filter::Filter;
 use crate::files::Expansion;
@@ -61,7 +58,7 @@ impl<'a> Accessors<'a> {
 
     /// Reads positions or normals as f64. The `normalized` flag decides the conversion of integers.
     pub(crate) fn vectors(&self, index: usize, purpose: AccessorUse) -> Result<Vec<[f64; 3]>, ModelFault> {
-        let (accessor, component) = self.typed(index, Type::Vec3)?;
+        let (accessor, component) = self.typed(index, ElementType::Vec3)?;
         let normalized = accessor.normalized;
         use ComponentType::{F32, I8, I16, U8, U16, U32};
         let allowed = match component {
@@ -89,13 +86,12 @@ impl<'a> Accessors<'a> {
     /// Error that rounding may have left in unit vectors of an accessor, as a length. 0 for floats.
     pub(crate) fn rounding(&self, index: usize) -> f64 {
         let Some(accessor) = self.document.accessors.get(index) else { return 0.0 };
-        let Checked::Valid(component) = &accessor.component_type else { return 0.0 };
-        let largest = match component.0 {
-            ComponentType::I8 => f64::from(i8::MAX),
-            ComponentType::I16 => f64::from(i16::MAX),
+        let largest = match accessor.component_type {
+            Some(ComponentType::I8) => f64::from(i8::MAX),
+            Some(ComponentType::I16) => f64::from(i16::MAX),
             _ => return 0.0,
         };
-        let view = accessor.buffer_view.and_then(|view| self.document.compressed.get(view.value())?.as_ref());
+        let view = accessor.buffer_view.and_then(|view| self.document.compressed.get(view)?.as_ref());
         let is_octahedral = view.is_some_and(|view| view.filter == Filter::Octahedral);
         // Half a unit in each of three components. The filter rounds twice.
         let units = if is_octahedral { 2.0 } else { 0.5 * 3.0_f64.sqrt() };
@@ -103,7 +99,7 @@ impl<'a> Accessors<'a> {
     }
 
     pub(crate) fn indices(&self, index: usize) -> Result<Vec<u32>, ModelFault> {
-        let (accessor, component) = self.typed(index, Type::Scalar)?;
+        let (accessor, component) = self.typed(index, ElementType::Scalar)?;
         if !is_index(component) || accessor.normalized {
             let problem = format!("holds {}, which vertex indices may not be", component_name(component));
             return Err(ModelFault::element(self.document.accessor_label(index), problem));
@@ -115,9 +111,9 @@ impl<'a> Accessors<'a> {
     /// messages.
     pub(crate) fn keys<const N: usize>(&self, index: usize, holder: &str) -> Result<Vec<[f64; N]>, ModelFault> {
         let wanted = match N {
-            1 => Type::Scalar,
-            3 => Type::Vec3,
-            _ => Type::Vec4,
+            1 => ElementType::Scalar,
+            3 => ElementType::Vec3,
+            _ => ElementType::Vec4,
         };
         let (accessor, component) = self.typed(index, wanted)?;
         let normalized = accessor.normalized;
@@ -132,20 +128,18 @@ impl<'a> Accessors<'a> {
     }
 
     /// The accessor with a checked type, and its component type.
-    fn typed(&self, index: usize, wanted: Type) -> Result<(&'a Accessor, ComponentType), ModelFault> {
+    fn typed(&self, index: usize, wanted: ElementType) -> Result<(&'a Accessor, ComponentType), ModelFault> {
         let fail = |problem: String| ModelFault::element(self.document.accessor_label(index), problem);
         let Some(accessor) = self.document.accessors.get(index) else {
             return Err(fail(format!("does not exist, the file has {}", self.document.accessors.len())));
         };
-        match accessor.type_ {
-            Checked::Valid(kind) if kind == wanted => {}
-            Checked::Valid(kind) => return Err(fail(format!("is of type {kind:?} where {wanted:?} is needed"))),
-            Checked::Invalid => return Err(fail("has an unknown type".to_owned())),
+        match accessor.element_type {
+            Some(kind) if kind == wanted => {}
+            Some(kind) => return Err(fail(format!("is of type {kind:?} where {wanted:?} is needed"))),
+            None => return Err(fail("has an unknown type".to_owned())),
         }
-        match &accessor.component_type {
-            Checked::Valid(component) => Ok((accessor, component.0)),
-            Checked::Invalid => Err(fail("has an unknown component type".to_owned())),
-        }
+        let component = accessor.component_type.ok_or_else(|| fail("has an unknown component type".to_owned()))?;
+        Ok((accessor, component))
     }
 
     fn read<T: Clone>(
@@ -156,18 +150,15 @@ impl<'a> Accessors<'a> {
         decode: impl Fn(&[u8]) -> T,
     ) -> Result<Vec<T>, ModelFault> {
         let fail = |problem: String| ModelFault::element(self.document.accessor_label(index), problem);
-        let Checked::Valid(kind) = accessor.type_ else {
-            return Err(fail("has an unknown type".to_owned()));
-        };
-        let size = component.size() * kind.multiplicity();
-        let count = usize::try_from(accessor.count.0).ok().filter(|count| *count > 0);
-        let count = count.ok_or_else(|| fail(format!("has a count of {}", accessor.count.0)))?;
+        let kind = accessor.element_type.ok_or_else(|| fail("has an unknown type".to_owned()))?;
+        let size = component.size() * kind.components();
+        let count = usize::try_from(accessor.count).ok().filter(|count| *count > 0);
+        let count = count.ok_or_else(|| fail(format!("has a count of {}", accessor.count)))?;
         self.charge(count, size_of::<T>()).map_err(fail)?;
 
         let mut values = match (accessor.buffer_view, &accessor.sparse) {
             (Some(view), _) => {
-                let offset = accessor.byte_offset.unwrap_or_default().0;
-                let base = self.strided(view.value(), offset, count, size, true).map_err(fail)?;
+                let base = self.strided(view, accessor.byte_offset, count, size, true).map_err(fail)?;
                 (0..count).map(|element| decode(base.get(element))).collect()
             }
             (None, Some(_)) if count > MAX_ZERO_ELEMENTS => {
@@ -192,25 +183,21 @@ impl<'a> Accessors<'a> {
     /// Overwrites the elements that a sparse accessor lists (3.6.2.3).
     fn substitute<T>(
         &self,
-        sparse: &Sparse,
+        sparse: &Substitutes,
         size: usize,
         values: &mut [T],
         decode: impl Fn(&[u8]) -> T,
     ) -> Result<(), String> {
-        let count = usize::try_from(sparse.count.0).ok().filter(|count| (1..=values.len()).contains(count));
+        let count = usize::try_from(sparse.count).ok().filter(|count| (1..=values.len()).contains(count));
         let count = count.ok_or_else(|| {
-            format!("has {} sparse values, where 1 to its {} elements are possible", sparse.count.0, values.len())
+            format!("has {} sparse values, where 1 to its {} elements are possible", sparse.count, values.len())
         })?;
-        let component = match &sparse.indices.component_type {
-            Checked::Valid(component) => component.0,
-            Checked::Invalid => return Err("has sparse indices of a type that is not allowed".to_owned()),
-        };
         let indices = &sparse.indices;
-        let indices =
-            self.strided(indices.buffer_view.value(), indices.byte_offset.0, count, component.size(), false)?;
+        let component = indices.component_type.filter(|component| is_index(*component));
+        let component = component.ok_or("has sparse indices of a type that is not allowed")?;
+        let indices = self.strided(indices.buffer_view, indices.byte_offset, count, component.size(), false)?;
         let substitutes = &sparse.values;
-        let substitutes =
-            self.strided(substitutes.buffer_view.value(), substitutes.byte_offset.0, count, size, false)?;
+        let substitutes = self.strided(substitutes.buffer_view, substitutes.byte_offset, count, size, false)?;
         let length = values.len();
         let mut previous = None;
         for entry in 0..count {
@@ -269,11 +256,10 @@ impl<'a> Accessors<'a> {
             });
             return Ok((bytes.as_ref().map_err(String::clone)?, Some(compressed.stride)));
         }
-        let offset = view.byte_offset.unwrap_or_default().0;
-        let bytes = self.bytes(view.buffer.value(), offset, view.byte_length.0);
+        let bytes = self.bytes(view.buffer, view.byte_offset, view.byte_length);
         let label = label("buffer view", index, view.name.as_deref());
         let bytes = bytes.map_err(|problem| format!("refers to {label}, which {problem}"))?;
-        Ok((bytes, view.byte_stride.map(|stride| stride.0)))
+        Ok((bytes, view.byte_stride))
     }
 
     fn bytes(&self, buffer: usize, offset: u64, length: u64) -> Result<&'a [u8], String> {

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use gltf::json::{Accessor, Mesh, buffer::View};
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, IgnoredAny, MapAccess, Visitor};
 use serde_json::value::RawValue;
 use serde_json::{Map, Value};
 
+use super::elements::{Accessor, BufferView, GltfMesh};
 use super::error::{counted, label};
 use super::format::GLTF_1;
 use super::meshopt::{Compressed, StreamKind};
@@ -43,7 +43,7 @@ const SUPPORTED: &[&str] = &[QUANTIZATION, INSTANCING, MESHOPT];
 /// Extensions of compressed geometry that are not read. A tool can undo the compression.
 const COMPRESSION: &[&str] = &["KHR_draco_mesh_compression", "KHR_meshopt_compression"];
 
-/// A node. The type of the `gltf` crate has f32 transforms, which would be micrometres off on a station.
+/// A node. Transforms in f32 would be micrometres off on a station.
 #[derive(Debug, Default, Deserialize)]
 #[serde(expecting = "struct Node")]
 pub(super) struct GltfNode {
@@ -101,10 +101,10 @@ pub(super) struct GltfBuffer<'a> {
 /// The used part of a glTF document. Indices are unchecked.
 pub(super) struct Document<'a> {
     pub(crate) accessors: Vec<Accessor>,
-    pub(crate) views: Vec<View>,
+    pub(crate) views: Vec<BufferView>,
     pub(crate) compressed: Vec<Option<Compressed>>,
     pub(crate) buffers: Vec<GltfBuffer<'a>>,
-    pub(crate) meshes: Vec<Mesh>,
+    pub(crate) meshes: Vec<GltfMesh>,
     pub(crate) nodes: Vec<GltfNode>,
     pub(crate) scenes: Vec<GltfScene>,
     pub(crate) materials: Vec<ModelMaterial>,

@@ -14,6 +14,7 @@ mod buffer;
 mod collapse;
 mod container;
 mod document;
+mod elements;
 mod error;
 mod format;
 mod graph;

@@ -1,11 +1,10 @@
 //! Reads the triangles of a glTF mesh in the mesh's own frame.
 
 use glam::DVec3;
-use gltf::json::mesh::{Mode, Primitive, Semantic};
-use gltf::json::validation::Checked;
 
 use super::accessor::{AccessorUse, Accessors};
 use super::document::Document;
+use super::elements::{Primitive, PrimitiveMode};
 use super::error::{counted, label};
 use super::{ModelFault, Skipped};
 
@@ -39,10 +38,10 @@ pub(super) fn read_mesh(
         if primitive.targets.as_ref().is_some_and(|targets| !targets.is_empty()) {
             skip(format!("morph targets of {name}"), "the mesh stays in its base shape");
         }
-        let Checked::Valid(mode) = primitive.mode else {
+        let Some(mode) = primitive.mode else {
             return Err(ModelFault::element(name, "has an unknown mode"));
         };
-        let Some(positions) = primitive.attributes.get(&Checked::Valid(Semantic::Positions)) else {
+        let Some(positions) = primitive.attributes.get("POSITION") else {
             skip(name, "it has no positions");
             continue;
         };
@@ -50,10 +49,10 @@ pub(super) fn read_mesh(
             skip(name, &format!("it holds {shape}, not triangles"));
             continue;
         }
-        let positions = read_positions(document, accessors, positions.value())?;
+        let positions = read_positions(document, accessors, *positions)?;
         let (corners, geometry) = read_primitive(document, accessors, primitive, mode, positions, &name)?;
         let rest = match mode {
-            Mode::Triangles => corners % 3,
+            PrimitiveMode::Triangles => corners % 3,
             _ if corners < 3 => corners,
             _ => 0,
         };
@@ -65,11 +64,11 @@ pub(super) fn read_mesh(
     Ok(all)
 }
 
-fn not_triangles(mode: Mode) -> Option<&'static str> {
+fn not_triangles(mode: PrimitiveMode) -> Option<&'static str> {
     match mode {
-        Mode::Points => Some("points"),
-        Mode::Lines | Mode::LineLoop | Mode::LineStrip => Some("lines"),
-        Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan => None,
+        PrimitiveMode::Points => Some("points"),
+        PrimitiveMode::Lines => Some("lines"),
+        PrimitiveMode::Triangles | PrimitiveMode::TriangleStrip | PrimitiveMode::TriangleFan => None,
     }
 }
 
@@ -90,23 +89,23 @@ fn read_primitive(
     document: &Document,
     accessors: &Accessors,
     primitive: &Primitive,
-    mode: Mode,
+    mode: PrimitiveMode,
     positions: Vec<DVec3>,
     name: &str,
 ) -> Result<(usize, Geometry), ModelFault> {
-    let material = primitive.material.as_ref().map(gltf::json::Index::value);
+    let material = primitive.material;
     if let Some(material) = material
         && material >= document.materials.len()
     {
         let problem = format!("refers to material {material}, the file has {}", document.materials.len());
         return Err(ModelFault::element(name, problem));
     }
-    let stated = primitive.attributes.get(&Checked::Valid(Semantic::Normals));
-    let rounding = stated.map_or(0.0, |index| accessors.rounding(index.value()));
+    let stated = primitive.attributes.get("NORMAL");
+    let rounding = stated.map_or(0.0, |index| accessors.rounding(*index));
     let normals = match stated {
         None => None,
         Some(index) => {
-            let normals = accessors.vectors(index.value(), AccessorUse::Normal)?;
+            let normals = accessors.vectors(*index, AccessorUse::Normal)?;
             if normals.len() != positions.len() {
                 let problem = format!("has {} positions and {} normals", positions.len(), normals.len());
                 return Err(ModelFault::element(name, problem));
@@ -124,10 +123,10 @@ fn read_primitive(
             (0..vertices).collect()
         }
         Some(index) => {
-            let corners = accessors.indices(index.value())?;
+            let corners = accessors.indices(index)?;
             if let Some(at) = corners.iter().position(|corner| *corner >= vertices) {
                 let problem = format!("index {at} is {}, but {name} has {vertices} positions", corners[at]);
-                return Err(ModelFault::element(document.accessor_label(index.value()), problem));
+                return Err(ModelFault::element(document.accessor_label(index), problem));
             }
             corners
         }
@@ -138,18 +137,18 @@ fn read_primitive(
 }
 
 /// Most triangles that a list of corners makes.
-fn triangles_of(mode: Mode, corners: usize) -> usize {
-    if mode == Mode::Triangles { corners / 3 } else { corners }
+fn triangles_of(mode: PrimitiveMode, corners: usize) -> usize {
+    if mode == PrimitiveMode::Triangles { corners / 3 } else { corners }
 }
 
 /// Triangles from a list of corners, with the winding of glTF 2.0, 3.7.2.1.
-fn assemble(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
+fn assemble(mode: PrimitiveMode, corners: &[u32]) -> Vec<[u32; 3]> {
     match mode {
-        Mode::TriangleStrip => {
+        PrimitiveMode::TriangleStrip => {
             let triangles = corners.windows(3).enumerate();
             triangles.map(|(at, c)| if at % 2 == 0 { [c[0], c[1], c[2]] } else { [c[0], c[2], c[1]] }).collect()
         }
-        Mode::TriangleFan => match corners {
+        PrimitiveMode::TriangleFan => match corners {
             [hub, rim @ ..] => rim.windows(2).map(|pair| [pair[0], pair[1], *hub]).collect(),
             [] => Vec::new(),
         },
