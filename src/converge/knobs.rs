@@ -200,7 +200,8 @@ impl KnobScene {
         let mut text: String = sections.iter().map(|(name, text)| format!("\n[{name}]\n{text}")).collect();
         let refines_mesh = sections.iter().any(|(name, _)| *name == "model");
         for rule in scene.density.parts.iter().filter(|_| refines_mesh) {
-            text.push_str(&format!("\n[[part]]\nmatch = {:?}\n", rule.patterns));
+            let patterns = toml::Value::from(rule.patterns.clone());
+            text.push_str(&format!("\n[[part]]\nmatch = {patterns}\n"));
             text.extend(rule.edges.max.map(|edge| format!("max_edge = {}\n", number(edge))));
             text.extend(rule.edges.min.map(|edge| format!("min_edge = {}\n", number(edge))));
         }

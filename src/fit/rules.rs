@@ -79,7 +79,7 @@ fn stated(text: &mut String, key: &str, value: Option<f64>) {
     }
 }
 
-/// The rule of a material. Where the material has what a rule of numbers cannot say, the changed values alone stand there as comments.
+/// The rule of a material. Where a rule of numbers cannot say all or would fit others, the changed values alone stand there as comments.
 fn rule(text: &mut String, fitted: &Material, before: &Material) {
     let response = match &fitted.response {
         Response::Instant => "instant",
@@ -90,16 +90,19 @@ fn rule(text: &mut String, fitted: &Material, before: &Material) {
     let plain_optics = fitted.gloss.iter().all(|gloss| *gloss == Gloss::default())
         && fitted.in_band.iter().all(BandEmissivity::is_plain)
         && fitted.bulk.over.is_none();
-    // A material of some parts alone has a name that no material of the model has.
-    let whole = !response.is_empty() && plain_optics && !fitted.name.contains(" of ");
+    // A material of some parts alone has a name that no material of the model has, and a name with a wildcard would be a rule of other materials too.
+    let names_it_alone = !fitted.name.contains(" of ") && !fitted.name.contains(['*', '?']);
+    let whole = !response.is_empty() && plain_optics && names_it_alone;
     let mark = if whole { "" } else { "# " };
     let name = toml::Value::String(fitted.name.clone());
     let Optics { absorptivity, emissivity } = fitted.front;
     if whole {
         let _ = writeln!(text, "\n[[material]]\nmatch = {name}\nresponse = \"{response}\"");
     } else {
-        let _ =
-            writeln!(text, "\n# material {name}: replace these values in its own rule, which says more than numbers");
+        let _ = writeln!(
+            text,
+            "\n# material {name}: replace these values in its own rule, whose place a rule of numbers can not take"
+        );
     }
     let mut line = |key: &str, value: f64| {
         let _ = writeln!(text, "{mark}{key} = {value:?}");
@@ -129,3 +132,6 @@ fn rule(text: &mut String, fitted: &Material, before: &Material) {
         );
     }
 }
+
+#[cfg(test)]
+mod tests;

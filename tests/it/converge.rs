@@ -121,6 +121,9 @@ fn a_plate_in_long_steps_has_the_known_error() {
 #[test]
 fn the_finest_settings_are_never_said_to_be_within() {
     let folder = plate();
+    // Edges longer than the craft, and a name that Rust and TOML escape differently.
+    let scene = std::fs::read_to_string(folder.path("scene.toml")).expect("a scene");
+    folder.write("scene.toml", &format!("{scene}[[part]]\nmatch = [\"no\u{a0}part\", \"*\"]\nmax_edge = 80\n"));
     let out = succeed(folder.0.path(), &["converge", "scene.toml", "-o", "out", "--within", "0.3", "--device", "cpu"]);
     assert!(out.contains("nothing that was tested is shown to be within 0.3 K rms"), "{out}");
     assert!(!out.contains("at the least cost"), "{out}");
@@ -131,6 +134,7 @@ fn the_finest_settings_are_never_said_to_be_within() {
         parsed["time"]["step"].as_integer() == Some(30)
             && parsed["shadows"]["redraw_angle_deg"].as_float() == Some(0.0625)
     );
+    assert_eq!(parsed["part"][0]["match"][0].as_str(), Some("no\u{a0}part"));
 
     // A bound that the scene meets leaves it as it is.
     let out = succeed(
