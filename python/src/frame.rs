@@ -189,24 +189,9 @@ impl Frame {
     fn _repr_png_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let values = |array: &Py<PyArray2<f32>>| array.bind(py).to_owned_array().into_iter().collect::<Vec<f32>>();
         let labels = |array: &Py<PyArray2<u32>>| array.bind(py).to_owned_array().into_iter().collect::<Vec<u32>>();
-        let frame = Image {
-            time: self.time,
-            camera: self.camera.0.clone(),
-            camera_from_body: self.camera_from_body,
-            radiance: values(&self.radiance),
-            temperature: values(&self.temperature),
-            depth: values(&self.depth),
-            part: labels(&self.part),
-            material: labels(&self.material),
-            coverage: Vec::new(),
-            reflected: Vec::new(),
-            error: Vec::new(),
-            sigma: Default::default(),
-            budget: Vec::new(),
-            digital_numbers: None,
-            counts: None,
-            bands: Default::default(),
-        };
+        let mut frame = Image::blank(self.camera.0.clone(), self.camera_from_body, self.time);
+        [frame.radiance, frame.temperature, frame.depth] = [&self.radiance, &self.temperature, &self.depth].map(values);
+        [frame.part, frame.material] = [&self.part, &self.material].map(labels);
         let scale = ColourScale::covering(frame.range());
         let details = format!("t = {:.3} s, surface temperature", self.time);
         let png = py.detach(|| picture(&frame, &scale, &self.scene, &details).and_then(|canvas| canvas.png()));

@@ -38,7 +38,7 @@ use crate::trace::span;
 /// Share of the shortest time constant that an interval of the past lasts at least, where steps are shorter.
 const INTERVAL: f64 = 0.15;
 /// Time constants that are stepped through.
-const MEMORY: f64 = 5.0;
+const MEMORY: f64 = 8.0;
 /// Most intervals of the past.
 const INTERVALS: f64 = 48.0;
 /// A change below which a pixel stays as it is [K].
@@ -112,18 +112,22 @@ impl PixelLight {
     /// The light up to a time [s] of an image. `None` where the loads do not say where the craft was.
     pub(crate) fn past(self: &Arc<Self>, loads: &StepLoads, materials: &[Material], time: f64) -> Option<PastLight> {
         let _finds = span("finding the light of pixels");
-        let first = if self.start == Beginning::Past { f64::NEG_INFINITY } else { 0.0 };
-        let begin = (time - f64::from(self.count) * self.interval).max(first);
+        // A beginning is looked for further back.
+        let (first, count) = match self.start {
+            Beginning::Past => (f64::NEG_INFINITY, self.count),
+            _ => (0.0, INTERVALS as u32),
+        };
+        let begin = (time - f64::from(count) * self.interval).max(first);
         loads.sky_model().check(begin.min(time), time).ok()?;
         let moment = |start, end, held| self.moment(loads, materials, start, end, held);
         let mut moments = Vec::new();
         let mut end = time;
-        while moments.len() < self.count as usize && end > first + 1e-9 * self.interval {
+        while moments.len() < count as usize && end > first + 1e-9 * self.interval {
             let start = ((end / self.interval - 1e-9).ceil() - 1.0) * self.interval;
             moments.push(moment(start.max(first), end, start + self.interval));
             end = start;
         }
-        let begins_in_view = moments.len() < self.count as usize;
+        let begins_in_view = end <= first + 1e-9 * self.interval;
         if begins_in_view && (self.start == Beginning::Balance || moments.is_empty()) {
             moments.push(moment(0.0, 0.0, 0.0));
         }
@@ -153,7 +157,7 @@ impl PixelLight {
         let moment = Arc::new(Moment::new(&self.surface, materials, &load, shadows, (key, end - start)));
         let mut known = known();
         known.push_back(Arc::clone(&moment));
-        if known.len() > 2 * self.count as usize + 2 {
+        if known.len() > 2 * INTERVALS as usize + 2 {
             known.pop_front();
         }
         moment
@@ -187,9 +191,9 @@ impl PastLight {
             let pose = pose(nodes[0].joint);
             let corners = nodes.map(|node| pose.transform_point3(node.position));
             let outward = pose.matrix3 * triangle.normal;
-            let places =
-                Places { surface: &scene.surface, moments: &self.moments, begins: self.begins, triangle, known: &lit };
+            let places = Places::new(&scene.surface, (&self.moments, self.begins), (triangle, &lit));
             let mut changed = Vec::new();
+            let Some(of_nodes) = places.of_nodes() else { return changed };
             for pixel in covered(view, corners.map(|at| view.camera_from_body.transform_point3(at))) {
                 let at = interpolate(corners, pixel.weights);
                 let to_camera = camera - at;
@@ -198,7 +202,8 @@ impl PastLight {
                 if occluders.first_within(at + lift, to_camera / distance, distance - view.near).is_some() {
                     continue;
                 }
-                let kelvin = places.change(interpolate(nodes.map(|node| node.position), pixel.weights), pixel.weights);
+                let place = interpolate(nodes.map(|node| node.position), pixel.weights);
+                let kelvin = places.change(place, pixel.weights, of_nodes);
                 if kelvin.abs() >= LEAST_CHANGE {
                     changed.push((pixel.pixel, pixel.depth, [kelvin as f32, (triangle.part + 1) as f32]));
                 }

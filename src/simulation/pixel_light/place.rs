@@ -1,12 +1,11 @@
 //! A place of foil, stepped through the past twice: with its own light, and with the light that its nodes show.
 
-use std::array;
 use std::ops::{Add, Mul};
 use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::moments::Moment;
+use super::moments::{Moment, NodeLight};
 use super::surface::{Foil, FoilSurface, FoilTriangle};
 
 /// Moments between two that are alike, at most, without a ray of their own.
@@ -31,50 +30,90 @@ pub(super) fn interpolate<T: Mul<f64, Output = T> + Add<Output = T>>(corners: [T
 
 /// The places of a triangle.
 pub(super) struct Places<'a> {
-    pub(super) surface: &'a FoilSurface,
+    surface: &'a FoilSurface,
     /// The oldest first.
-    pub(super) moments: &'a [Arc<Moment>],
-    pub(super) begins: Beginning,
-    pub(super) triangle: &'a FoilTriangle,
+    moments: &'a [Arc<Moment>],
+    begins: Beginning,
+    triangle: &'a FoilTriangle,
     /// Whether it is lit at each moment, `None` where a ray has to tell.
-    pub(super) known: &'a [Option<bool>],
+    known: &'a [Option<bool>],
+    /// Mean of what its nodes take over the past [W/m2].
+    mean: f64,
 }
 
-impl Places<'_> {
-    /// How much warmer a place (in the frame of its joint) is than its nodes show [K].
-    pub(super) fn change(&self, place: DVec3, weights: [f64; 3]) -> f64 {
-        let (surface, moments) = (self.surface, self.moments);
-        let node = &surface.nodes[self.triangle.nodes[0]];
-        let Some(foil) = &surface.foils[node.material as usize] else { return 0.0 };
+impl<'a> Places<'a> {
+    /// The places of a triangle that is lit as is known at each moment.
+    pub(super) fn new(
+        surface: &'a FoilSurface,
+        (moments, begins): (&'a [Arc<Moment>], Beginning),
+        (triangle, known): (&'a FoilTriangle, &'a [Option<bool>]),
+    ) -> Self {
+        let places = Self { surface, moments, begins, triangle, known, mean: 0.0 };
+        Self { mean: places.mean(), ..places }
+    }
+
+    /// Temperatures of the nodes by the light that each takes [K]. `None` where the triangle is no foil.
+    pub(super) fn of_nodes(&self) -> Option<[f64; 3]> {
+        let foil = self.foil()?;
+        Some(self.triangle.nodes.map(|node| {
+            let shown = |moment: &Arc<Moment>| f64::from(moment.nodes[node].shown);
+            let fluxes: Vec<f64> = self.moments.iter().map(shown).collect();
+            self.after_past(&foil, &fluxes)
+        }))
+    }
+
+    /// How much warmer a place (in the frame of its joint) is than its nodes show, which have these temperatures [K].
+    pub(super) fn change(&self, place: DVec3, weights: [f64; 3], of_nodes: [f64; 3]) -> f64 {
+        let Some(foil) = self.foil() else { return 0.0 };
+        let moments = self.moments;
         let lit = self.lit(|moment| {
             let FoilTriangle { normal, both_sides, .. } = self.triangle;
-            moments[moment].sees_sun(place, node.joint, *normal, *both_sides)
+            moments[moment].sees_sun(place, self.joint(), *normal, *both_sides)
         });
-        let fluxes = |moment: usize| {
-            let of = self.triangle.nodes.map(|node| moments[moment].nodes[node]);
-            let mix = |values: [f32; 3]| interpolate(values.map(f64::from), weights);
-            let space = foil.faces * moments[moment].space;
-            let sun = if lit[moment] { mix(of.map(|node| node.open)) } else { 0.0 };
-            [sun + mix(of.map(|node| node.planet)) + space, mix(of.map(|node| node.shown)) + space]
+        let mix = |moment: &Moment, value: fn(&NodeLight) -> f32| {
+            interpolate(self.triangle.nodes.map(|node| f64::from(value(&moment.nodes[node]))), weights)
         };
-        let fluxes: Vec<[f64; 2]> = (0..moments.len()).map(fluxes).collect();
-        let length: f64 = moments.iter().map(|moment| moment.length).sum();
-        let mean = match length > 0.0 {
-            true => moments.iter().zip(&fluxes).map(|(moment, [_, shown])| moment.length * shown).sum::<f64>() / length,
-            false => fluxes[0][1],
+        let absorbed = |(moment, lit): (&Arc<Moment>, &bool)| {
+            mix(moment, |node| node.planet) + if *lit { mix(moment, |node| node.open) } else { 0.0 }
         };
-        // The structure below is slow: it has the mean temperature, and gives back what it receives there.
-        let free = Foil { below: 0.0, ..*foil };
-        let given = foil.below * free.balance(mean).powi(4);
-        let mut kelvin: [f64; 2] = match self.begins {
-            Beginning::Temperature(kelvin) => [kelvin; 2],
-            Beginning::Balance => fluxes[0].map(|flux| foil.balance(flux + given)),
-            Beginning::Past => [foil.balance(mean + given); 2],
-        };
-        for (moment, fluxes) in moments.iter().zip(&fluxes).filter(|(moment, _)| moment.length > 0.0) {
-            kelvin = array::from_fn(|which| foil.after(kelvin[which], fluxes[which] + given, moment.length));
+        let fluxes: Vec<f64> = moments.iter().zip(&lit).map(absorbed).collect();
+        self.after_past(&foil, &fluxes) - interpolate(of_nodes, weights)
+    }
+
+    fn foil(&self) -> Option<Foil> {
+        self.surface.foils[self.surface.nodes[self.triangle.nodes[0]].material as usize]
+    }
+
+    fn joint(&self) -> u32 {
+        self.surface.nodes[self.triangle.nodes[0]].joint
+    }
+
+    /// Mean of what the nodes take over the past [W/m2].
+    fn mean(&self) -> f64 {
+        let shown = |moment: &Arc<Moment>| self.triangle.nodes.map(|node| f64::from(moment.nodes[node].shown));
+        let shown = |moment: &Arc<Moment>| shown(moment).iter().sum::<f64>() / 3.0;
+        let length: f64 = self.moments.iter().map(|moment| moment.length).sum();
+        if length == 0.0 {
+            return shown(&self.moments[0]);
         }
-        kelvin[0] - kelvin[1]
+        self.moments.iter().map(|moment| moment.length * shown(moment)).sum::<f64>() / length
+    }
+
+    /// Temperature after the past under absorbed fluxes without space [K]. All places of a triangle began alike where nothing says how. The structure below a
+    /// blanket is slow: it has the temperature of balance with the mean flux, and gives back what it receives there.
+    fn after_past(&self, foil: &Foil, fluxes: &[f64]) -> f64 {
+        let mean = self.mean;
+        let space = |moment: usize| foil.faces * self.moments[moment].space;
+        let given = foil.below * Foil { below: 0.0, ..*foil }.balance(mean + space(0)).powi(4);
+        let start = match self.begins {
+            Beginning::Temperature(kelvin) => kelvin,
+            Beginning::Balance => foil.balance(fluxes[0] + space(0) + given),
+            Beginning::Past => foil.balance(mean + space(0) + given),
+        };
+        let moments = self.moments.iter().enumerate().filter(|(_, moment)| moment.length > 0.0);
+        moments.fold(start, |kelvin, (number, moment)| {
+            foil.after(kelvin, fluxes[number] + space(number) + given, moment.length)
+        })
     }
 
     /// Whether a place is lit at each moment. Rays look at a few moments, and between those that differ for the change.
