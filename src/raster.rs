@@ -132,7 +132,12 @@ fn draw_pixels(
                 sample.temperature += changes.map_or(0.0, |all| f64::from(all.of(pixel_number, sample.part)));
             }
             for (((sample, shown), ray), place) in samples[..counted].iter_mut().zip(shown).zip(rays).zip(&places) {
-                light.shine(sample, *shown, *ray, [column as f64 + place[0], row as f64 + place[1]]);
+                light.shine(
+                    sample,
+                    *shown,
+                    *ray,
+                    [column as f64 + place[0], f64::from(view.first_row) + row as f64 + place[1]],
+                );
             }
             if of_row > 1 {
                 for (number, sample) in samples[..counted].iter().enumerate() {

@@ -59,7 +59,7 @@ pub(crate) fn of_whole_craft(prepared: &Prepared) -> Identity {
     let centre = [f64::from(width) / 2.0, f64::from(height) / 2.0];
     let near = 0.01 * distance;
     let lens = Lens::pinhole([focal; 2], centre);
-    draw(prepared, 0.0, &RasterView { camera_from_body: pose, width, height, lens, samples: 1, near })
+    draw(prepared, 0.0, &RasterView { camera_from_body: pose, width, height, lens, samples: 1, near, first_row: 0 })
 }
 
 fn draw(prepared: &Prepared, time: f64, view: &RasterView) -> Identity {

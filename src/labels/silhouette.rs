@@ -124,6 +124,7 @@ impl Solids {
             lens,
             samples: image.channels.samples,
             near: image.near,
+            first_row: 0,
         };
         let drawn = rasterise(&surface, &view, |_| 0.0);
         (canvas, drawn.iter().map(|pixel| pixel.part != 0).collect())

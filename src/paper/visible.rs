@@ -124,6 +124,7 @@ mod tests {
             lens: Lens::pinhole([8.0; 2], [4.0; 2]),
             samples: 1,
             near: 0.1,
+            first_row: 0,
         };
         let canvas = draw(&craft, &view, sun, lit_fraction);
         canvas.get(4, 4).unwrap()

@@ -129,8 +129,15 @@ mod tests {
     #[test]
     fn a_crop_holds_the_craft_and_ends_where_it_is_near() {
         let lens = Lens::pinhole([100.0, 90.0], [40.2, 30.3]);
-        let view =
-            RasterView { camera_from_body: DAffine3::IDENTITY, width: 80, height: 60, lens, samples: 1, near: 0.1 };
+        let view = RasterView {
+            camera_from_body: DAffine3::IDENTITY,
+            width: 80,
+            height: 60,
+            lens,
+            samples: 1,
+            near: 0.1,
+            first_row: 0,
+        };
         let at = |z: f64| [(DAffine3::IDENTITY, [DVec3::new(-1.0, 2.0, z - 1.0), DVec3::new(1.0, 3.0, z + 1.0)])];
         let crop = Crop::around(&view, &at(100.0), [80, 60]).expect("2 pixels");
         for corner in [DVec3::new(-1.0, 2.0, 99.0), DVec3::new(1.0, 3.0, 101.0)] {

@@ -19,7 +19,7 @@ fn view(height: f64, tilt: f64) -> RasterView {
         * DAffine3::from_mat3(down)
         * DAffine3::from_translation(DVec3::new(0.0, 0.0, -height));
     let lens = Lens::pinhole([70.0, 72.0], [39.3, 30.8]);
-    RasterView { camera_from_body, width: 80, height: 60, lens, samples: 1, near: 0.1 }
+    RasterView { camera_from_body, width: 80, height: 60, lens, samples: 1, near: 0.1, first_row: 0 }
 }
 
 /// A square of 20 m at z = 0 whose temperature is linear in x and y.

@@ -19,6 +19,8 @@ pub struct RasterView {
     pub(crate) samples: u32,
     /// Distance of the near plane [m], > 0.
     pub(crate) near: f64,
+    /// The row of the whole image that is drawn first. Rays of reflections are drawn by their place in the whole.
+    pub(crate) first_row: u32,
 }
 
 impl RasterView {
@@ -28,7 +30,7 @@ impl RasterView {
         let [focal, centre] = [self.lens.focal, self.lens.centre].map(|pair| pair.map(|value| value * by));
         let lens = Lens { focal, centre, skew: self.lens.skew * by, ..self.lens };
         let [width, height] = [self.width, self.height].map(|side| side * fineness as u32);
-        Self { width, height, lens, samples: 1, ..*self }
+        Self { width, height, lens, samples: 1, first_row: self.first_row * fineness as u32, ..*self }
     }
 }
 

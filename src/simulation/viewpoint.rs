@@ -93,5 +93,6 @@ pub fn raster_view(camera: &Camera, pose: &DAffine3) -> raster::RasterView {
         lens: camera.lens,
         samples: camera.samples,
         near: camera.near,
+        first_row: 0,
     }
 }

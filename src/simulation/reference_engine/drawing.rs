@@ -217,7 +217,13 @@ impl Drawing {
             let around = (surroundings.as_ref(), order.time);
             let mut view = raster_view(camera, &pose);
             view.lens.centre[1] -= f64::from(row);
-            self.draw(temperatures, &joints, &raster::RasterView { height: 1, ..view }, around, (self.is_fine(), None))
+            self.draw(
+                temperatures,
+                &joints,
+                &raster::RasterView { height: 1, first_row: row, ..view },
+                around,
+                (self.is_fine(), None),
+            )
         };
         let rows: Vec<Shown> = (0..camera.height).map(row).collect();
         let texels = rows.iter().flat_map(|row| &row.texels).copied().collect();
