@@ -111,7 +111,6 @@ impl PixelLight {
 
     /// The light up to a time [s] of an image. `None` where the loads do not say where the craft was.
     pub(crate) fn past(self: &Arc<Self>, loads: &StepLoads, materials: &[Material], time: f64) -> Option<PastLight> {
-        let _finds = span("finding the light of pixels");
         // A beginning is looked for further back.
         let (first, count) = match self.start {
             Beginning::Past => (f64::NEG_INFINITY, self.count),
@@ -150,14 +149,18 @@ impl PixelLight {
         let shadows = held.unwrap_or_else(|| {
             let occluders = |poses: &[DAffine3]| match &self.still {
                 Some(still) => Arc::clone(still),
-                None => Arc::new(self.light.occluders(poses)),
+                None => {
+                    let _plants = span("making trees of rays");
+                    Arc::new(self.light.occluders(poses))
+                }
             };
             shadows(&self.light, &self.nodes_of_light(), &whole, occluders)
         });
+        let _lights = span("light of foil in the past");
         let moment = Arc::new(Moment::new(&self.surface, materials, &load, shadows, (key, end - start)));
         let mut known = known();
         known.push_back(Arc::clone(&moment));
-        if known.len() > 2 * INTERVALS as usize + 2 {
+        if known.len() > INTERVALS as usize + 2 {
             known.pop_front();
         }
         moment
