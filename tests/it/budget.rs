@@ -379,14 +379,14 @@ fn closures(model: &str, rays: u32) -> Vec<f64> {
 #[test]
 #[ignore = "minutes"]
 fn every_pixel_of_the_models_closes_over_an_orbit() {
-    for model in ["station.toml", "iss.toml", "cubesat_conduction.toml", "station_transition.toml"] {
+    for model in ["station.toml", "iss.toml", "cubesat_conduction.toml"] {
         if model == "iss.toml"
             && !Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/models/ISS_42.glb").exists()
         {
             println!("skipped: ../shared/data/models/ISS_42.glb is not there");
             continue;
         }
-        let closures = closures(model, 64);
+        let closures = closures(model, 32);
         let largest = closures.iter().copied().fold(0.0, f64::max);
         println!("{model}: {largest:.1e} of the largest emission over {} images", closures.len());
         assert!(closures.len() == 5 && largest < 1e-4, "{model}: {closures:?}");
