@@ -83,7 +83,9 @@ impl PixelLight {
         network: Option<&Arc<SceneNetwork>>,
         is_still: bool,
     ) -> Option<Self> {
-        if !light.by_rays() || !scene.shadows?.in_pixels || scene.attitude == Attitude::Tumble {
+        // The balance of a place lacks the radiation of other surfaces: with it, dark places were up to 70 K too cold.
+        let is_lone = scene.exchange.is_none() && scene.attitude != Attitude::Tumble;
+        if !light.by_rays() || !scene.shadows?.in_pixels || !is_lone {
             return None;
         }
         let surface = FoilSurface::new((nodes, triangles), materials, light.numbers(), network)?;

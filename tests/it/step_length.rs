@@ -166,7 +166,7 @@ fn a_foil_crosses_the_penumbra_on_a_device() {
 fn the_stated_error_is_not_below_the_error() {
     for response in ["radiative", "network"] {
         for capacity in CAPACITIES {
-            let fine = temperatures(&plates(0.25, capacity, response));
+            let fine = temperatures(&plates(0.125, capacity, response));
             for step in [1.0, 15.0, 60.0, 120.0] {
                 let prepared = Folder::new(&plates(step, capacity, response)).prepared();
                 let [largest, rms] = off(&prepared, &fine);
