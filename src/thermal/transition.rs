@@ -14,7 +14,7 @@
 use crate::thermal::material::{Domain, Profile, Retarget, Transition};
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 #[cfg(test)]
 mod walks_tests;
 

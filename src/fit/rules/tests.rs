@@ -3,11 +3,7 @@
 use super::{Material, rule};
 use crate::model::{Model, ModelMaterial};
 use crate::scene::Scene;
-
-#[allow(unreachable_pub)]
-#[path = "../../../tests/it/random.rs"]
-mod random;
-use random::Random;
+use crate::thermal::transition::tests::random::Random;
 
 const SCENE: &str = include_str!("../../../tests/it/scene/short.toml");
 

@@ -120,7 +120,7 @@ impl FoilSurface {
         order: impl Iterator<Item = usize>,
         network: Option<&Arc<SceneNetwork>>,
     ) -> Option<Self> {
-        let foils: Vec<Option<Foil>> = materials.iter().map(|material| Foil::of(material)).collect();
+        let foils: Vec<Option<Foil>> = materials.iter().map(Foil::of).collect();
         let material = |slot: usize| nodes.group_material[slot / GROUP];
         let mut place = vec![usize::MAX; nodes.positions.len()];
         let mut of_foil = Vec::new();

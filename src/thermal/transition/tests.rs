@@ -6,7 +6,7 @@ use crate::thermal::material::Domain;
 
 #[allow(unreachable_pub)]
 #[path = "../../../tests/it/random.rs"]
-mod random;
+pub(crate) mod random;
 
 pub(super) use random::Random;
 
