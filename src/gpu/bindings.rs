@@ -199,7 +199,7 @@ impl ShaderProgram {
     }
 }
 
-/// Makes the pipelines of a pass and drops them. A driver's compiler judges its shaders so, also where no device is. Returns whether the pass has any.
+/// Makes the pipelines of a pass, which the context keeps. A driver's compiler judges its shaders so, also where no device is. Returns whether the pass has any.
 ///
 /// # Errors
 /// A buffer of the pass is not known, or the driver refuses a shader.
