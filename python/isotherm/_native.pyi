@@ -66,7 +66,7 @@ class Camera:
         near: float = 0.1,
         line_time: float = 0.0,
         exposure_time: float = 0.0,
-        sub_frames: int = 9,
+        sub_frames: int | None = None,
     ) -> Camera: ...
     @property
     def width(self) -> int: ...

@@ -69,7 +69,7 @@ fn distortion(model: &str, numbers: &[f64]) -> PyResult<Distortion> {
 #[pymethods]
 impl Camera {
     #[new]
-    #[pyo3(signature = (width, height, *, fx, fy=None, cx=None, cy=None, skew=0.0, distortion=Vec::new(), distortion_model=BROWN_CONRADY, samples=4, near=0.1, line_time=0.0, exposure_time=0.0, sub_frames=MotionBlur::USUAL))]
+    #[pyo3(signature = (width, height, *, fx, fy=None, cx=None, cy=None, skew=0.0, distortion=Vec::new(), distortion_model=BROWN_CONRADY, samples=4, near=0.1, line_time=0.0, exposure_time=0.0, sub_frames=None))]
     #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
     fn new(
         py: Python<'_>,
@@ -86,12 +86,15 @@ impl Camera {
         near: f64,
         line_time: f64,
         exposure_time: f64,
-        sub_frames: u32,
+        sub_frames: Option<u32>,
     ) -> PyResult<Self> {
         let centre = [cx.unwrap_or(f64::from(width) / 2.0), cy.unwrap_or(f64::from(height) / 2.0)];
         let distortion = self::distortion(distortion_model, &distortion)?;
-        let blurred = MotionBlur { time: exposure_time, sub_frames };
-        let exposure = if exposure_time == 0.0 { MotionBlur::default() } else { blurred };
+        let exposure = match sub_frames {
+            None if exposure_time == 0.0 => MotionBlur::default(),
+            Some(sub_frames) if exposure_time != 0.0 => MotionBlur { time: exposure_time, sub_frames },
+            _ => return Err(wrong_arguments("exposure_time and sub_frames go together: state both or none")),
+        };
         let camera = package::Camera {
             width,
             height,

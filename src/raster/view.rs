@@ -32,41 +32,41 @@ impl RasterView {
     }
 }
 
-/// The places of the samples in a pixel, from its upper left corner: the centre, and as many around it as a camera states, by their distance from it. Each
-/// place lies opposite another, so that their mean is the centre. Across a strip at any angle the places are spread evenly, also where strips are moved by
-/// sixteenths of a pixel: found by a search that lowers the Fourier sums of the places at the frequencies that a strip of 0.1 pixels meets.
+/// The places of the samples in a pixel, from its upper left corner: the centre, and as many around it as a camera states, by their distance from it. Their
+/// mean is the centre. A search lowered the largest error of the flux of an endless strip of 0.1 pixels, in the mean over 16 shifts by a sixteenth, over all its
+/// places and all slopes p/q of whole pixels with p^2 + q^2 <= 130. There the samples of all pixels lie on lines that are 1 / sqrt(p^2 + q^2) pixels apart.
 pub(crate) fn places(samples: u32) -> &'static [[f64; 2]] {
     const ONE: [[f64; 2]; 1] = [[0.5; 2]];
-    const FOUR: [[f64; 2]; 5] = of_1024([[512, 512], [694, 892], [330, 132], [931, 232], [93, 792]]);
+    const FOUR: [[f64; 2]; 5] = of_1024([[512, 512], [327, 804], [697, 208], [277, 150], [747, 886]]);
     const EIGHT: [[f64; 2]; 9] = of_1024([
         [512, 512],
-        [669, 235],
-        [355, 789],
-        [790, 674],
-        [234, 350],
-        [752, 79],
-        [272, 945],
-        [970, 822],
-        [54, 202],
+        [295, 594],
+        [729, 430],
+        [632, 762],
+        [392, 262],
+        [455, 926],
+        [569, 98],
+        [30, 848],
+        [994, 176],
     ]);
     const SIXTEEN: [[f64; 2]; 17] = of_1024([
         [512, 512],
-        [743, 551],
-        [281, 473],
-        [579, 276],
-        [445, 748],
-        [660, 824],
-        [364, 200],
-        [821, 309],
-        [203, 715],
-        [980, 639],
-        [44, 385],
-        [604, 14],
-        [420, 1010],
-        [870, 97],
-        [154, 927],
-        [960, 857],
-        [64, 167],
+        [597, 662],
+        [427, 362],
+        [344, 724],
+        [680, 300],
+        [805, 569],
+        [219, 455],
+        [462, 128],
+        [562, 896],
+        [291, 112],
+        [733, 912],
+        [768, 104],
+        [256, 920],
+        [9, 364],
+        [1015, 660],
+        [70, 860],
+        [954, 164],
     ]);
     match samples {
         0..=1 => &ONE,

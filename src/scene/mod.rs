@@ -282,8 +282,6 @@ impl MotionBlur {
     pub(crate) const LONGEST: f64 = 60.0;
     /// Most sub-frames.
     pub(crate) const MOST: u32 = 101;
-    /// Sub-frames of an exposure that states none.
-    pub const USUAL: u32 = 9;
 
     /// Whether an image is the mean over sub-frames.
     pub(crate) fn is_mean(&self) -> bool {

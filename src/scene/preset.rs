@@ -110,7 +110,7 @@ pub const PRESETS: [Preset; 6] = [
         bits: Some(14),
         source: "size, bits: product specification 102-PS242-40; NETD (below 50 mK at f/1.0 near 300 K, stated for Tau 320), band: flir.com, \
                  'What is the sensitivity of Tau cameras'; field of view: of the lens; pitch, time constant, range of the gain in use: unknown",
-        holds: "it sees -25 to 135 deg C (248 to 408 K) in one gain, and -40 to 550 deg C (233 to 823 K) in the other",
+        holds: "it sees -25 to 135 deg C (248 to 408 K) in one gain, and -40 to 550 deg C (233 to 823 K) in the other; the NETD is that of scenes near 300 K",
         ..UNKNOWN
     },
     Preset {

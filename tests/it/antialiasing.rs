@@ -81,8 +81,8 @@ fn a_strip_of_a_tenth_of_a_pixel_keeps_its_flux() {
             println!(
                 "{samples} samples, {angle} deg: {on_device:.3} on the device, {in_f64:.3} in f64, masks {masks:.3?}"
             );
-            // Along a pixel to one side for each one or two of the other, few places differ, and the bound is missed.
-            let bound = if SLANTED.contains(&angle) { 2.0 * bound } else { bound };
+            // Along a pixel to one side for each two or four of the other, few places differ, and the bound is missed.
+            let bound = if SLANTED.contains(&angle) { 1.1 * bound } else { bound };
             assert!((on_device - 1.0).abs() < bound, "{samples} samples, {angle} deg: {on_device}");
             assert!((in_f64 - 1.0).abs() < bound, "{samples} samples, {angle} deg: {in_f64} in f64");
             let one = quads.rasterised(&of(1), &DAffine3::IDENTITY);

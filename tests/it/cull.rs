@@ -5,12 +5,13 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DQuat};
 use isotherm::internals::{
-    Camera, Collected, Context, DeviceData, Distance, Frame, ListEntry, PassWork, Prepared, Renderer, Request, Sampled,
+    Camera, Collected, Context, DeviceData, Frame, ListEntry, PassWork, Prepared, Renderer, Request, Sampled,
     SceneData, View, Wanted, camera_from_body, device_view,
 };
 use isotherm::{Scene, internals};
 
 use super::device::{assert_silent, validation_is_asked_for};
+use super::hazards::ONE;
 
 type Pixels = (Vec<[u32; 4]>, Vec<[u32; 2]>);
 
@@ -126,16 +127,7 @@ fn without_culling_is_the_same(samples: u32) {
         let submitted = renderer.submit(drawn(&view, Some(&frame))).expect("a frame");
         bits(&renderer.collect(submitted).expect("an image"))
     };
-    let sampled = (samples > 1).then_some(Sampled {
-        lens: false,
-        mean: None,
-        gathered: samples,
-        shutter: None,
-        rows: camera.height,
-        distance: Distance::Near,
-        fine: false,
-        exposed: false,
-    });
+    let sampled = (samples > 1).then_some(Sampled { gathered: samples, rows: camera.height, ..ONE });
     let culled = |cull| Frame::step(&[], Wanted { image: true, cull, sampled, ..Wanted::default() });
     // The same list with a copy of all triangles instead of culling.
     let whole = |triangles| {

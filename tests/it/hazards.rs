@@ -60,7 +60,7 @@ const DRAWN: Wanted = Wanted {
 };
 
 /// An image that is simply drawn.
-const ONE: Sampled = Sampled {
+pub const ONE: Sampled = Sampled {
     lens: false,
     mean: None,
     gathered: 1,

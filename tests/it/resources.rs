@@ -8,7 +8,7 @@ use isotherm::internals::{
     StepKind, StepRange, SubFrame, ThermalVariant, TriangleRun, Vignette, Wanted, compose, module,
 };
 
-use crate::hazards::absorbed_heat;
+use crate::hazards::{ONE, absorbed_heat};
 use crate::one_pass::runs_of_all_shapes;
 use crate::shaders::{CURVES, reflect, thermal_variants};
 
@@ -20,16 +20,7 @@ pub fn exchange(patches: u32, light: ThermalVariant, anew: bool, mirrors: bool) 
 
 /// An image and its sensor.
 fn sensed(variant: SensorVariant) -> Frame {
-    let fine = Sampled {
-        lens: false,
-        mean: Some(1),
-        gathered: 1,
-        shutter: None,
-        rows: 9,
-        distance: Distance::Near,
-        fine: true,
-        exposed: false,
-    };
+    let fine = Sampled { mean: Some(1), rows: 9, fine: true, ..ONE };
     let drawn = Wanted { image: true, sampled: Some(fine).filter(|_| variant.spread), ..Wanted::default() };
     let sensor = Some(Sensing { variant, groups: 64, cells: 64 });
     compose(&Recipe { sensor, ..drawn.recipe(&[]) })
@@ -67,19 +58,8 @@ pub fn radiance_variants() -> Vec<RadianceVariant> {
 /// A list for every kernel.
 pub fn all_lists() -> Vec<Frame> {
     let drawn = Wanted { image: true, cull: 9, temperatures: true, ..Wanted::default() };
-    let sampled = |mean, lens, shutter| Wanted {
-        sampled: Some(Sampled {
-            mean,
-            lens,
-            gathered: 1,
-            shutter,
-            rows: 9,
-            distance: Distance::Near,
-            fine: false,
-            exposed: false,
-        }),
-        ..drawn
-    };
+    let sampled =
+        |mean, lens, shutter| Wanted { sampled: Some(Sampled { mean, lens, shutter, rows: 9, ..ONE }), ..drawn };
     let of_images = [
         (None, true, None),
         (Some(1), true, None),
@@ -98,16 +78,7 @@ pub fn all_lists() -> Vec<Frame> {
     }
     let shown = |shows| Frame::step(&[], Wanted { image: true, shows, texels: 9, ..Wanted::default() });
     all.extend(radiance_variants().into_iter().map(shown));
-    let far = Sampled {
-        mean: None,
-        lens: false,
-        gathered: 1,
-        shutter: None,
-        rows: 9,
-        distance: Distance::Far,
-        fine: false,
-        exposed: false,
-    };
+    let far = Sampled { rows: 9, distance: Distance::Far, ..ONE };
     let of_far =
         |shows| Frame::step(&[], Wanted { image: true, shows, texels: 9, sampled: Some(far), ..Wanted::default() });
     all.extend(radiance_variants().into_iter().map(of_far));

@@ -14,6 +14,7 @@ use isotherm::internals::{
 use super::craft::{Folder, SCENE};
 use super::device::{assert_silent, context};
 use super::hazard::{barrier_count, hazards, unread_by_host, without_barrier};
+use super::hazards::ONE;
 use super::resources::sensor_variants;
 
 const DETECTOR: Detector = Detector { serial: 8, bad_pixels: 0.01 };
@@ -291,16 +292,7 @@ fn each_barrier_of_the_sensor_is_needed() {
     // A point spread reads the texels of an image that is computed.
     let images = |variant: &SensorVariant| {
         let of = |lens: bool, mean: Option<u32>, distance: Distance| Wanted {
-            sampled: Some(Sampled {
-                lens,
-                mean,
-                gathered: 1,
-                shutter: None,
-                rows: 60,
-                distance,
-                fine: variant.spread,
-                exposed: false,
-            }),
+            sampled: Some(Sampled { lens, mean, distance, fine: variant.spread, ..ONE }),
             ..drawn
         };
         let far = of(false, None, Distance::Far);

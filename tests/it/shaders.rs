@@ -6,11 +6,12 @@ use std::process::Command;
 
 use isotherm::internals;
 use isotherm::internals::{
-    Curve, Distance, ENTRY_POINTS, Frame, LightBy, RowOf, Sampled, Shader, StepKind, ThermalVariant, Wanted,
+    Curve, ENTRY_POINTS, Frame, LightBy, RowOf, Sampled, Shader, StepKind, ThermalVariant, Wanted,
 };
 use naga::front::spv;
 
 use crate::device::validation_is_asked_for;
+use crate::hazards::ONE;
 
 /// The ways to evaluate a transition.
 pub const CURVES: [Curve; 3] =
@@ -51,16 +52,7 @@ fn all_shaders() -> Vec<Shader> {
     let mut all: BTreeSet<Shader> = plain.chain(crate::resources::all_shaders()).collect();
     for row_of in [RowOf::Pinhole, RowOf::Brown, RowOf::Fisheye] {
         for (mean, gathered) in [(None, 1), (Some(4), 1), (None, 4)] {
-            let sampled = Some(Sampled {
-                lens: false,
-                mean,
-                gathered,
-                shutter: Some(row_of),
-                rows: 9,
-                distance: Distance::Near,
-                fine: false,
-                exposed: false,
-            });
+            let sampled = Some(Sampled { mean, gathered, shutter: Some(row_of), rows: 9, ..ONE });
             let frame = Frame::step(&[], Wanted { image: true, cull: 9, sampled, ..Wanted::default() });
             all.extend(frame.passes().flat_map(|pass| pass.shaders().into_iter().cloned().collect::<Vec<_>>()));
         }

@@ -114,7 +114,7 @@ def strips_are_kept(images_of):
     fluxes = {samples: strips.fluxes(image) for samples, image in taken.items()}
     print("\n| angle of a strip of 0.1 px [deg] | flux with 4 samples | with 16 |\n|---|---|---|")
     for angle, four, sixteen in zip(strips.ANGLES, fluxes[4], fluxes[16]):
-        print(f"| {angle:g} | {four:.3f} | {sixteen:.3f} |")
+        print(f"| {angle:.4g} | {four:.3f} | {sixteen:.3f} |")
     most = {samples: float(abs(flux - 1).max()) for samples, flux in fluxes.items()}
     print(f"\nlargest differences: {most}, bounds: {bounds}")
     return all(most[samples] <= bound for samples, bound in bounds.items())

@@ -38,6 +38,8 @@ const UNSTATED_FOV: f64 = 30.0;
 /// The side from which a camera without a pose sees the craft, and its distance beside the least one.
 const FRAMED_FROM: [f64; 3] = [1.0, -1.2, 0.8];
 const MARGIN: f64 = 1.05;
+/// Sub-frames of an exposure that states none.
+const USUAL_SUB_FRAMES: u32 = 9;
 /// The keys of a pose. A camera without any is framed.
 const POSE: [&str; 10] =
     ["frame", "position", "look_at", "up", "quaternion", "path", "path_relative_to", "attitude", "object", "mount"];
@@ -102,7 +104,7 @@ fn exposure(section: &Section) -> Result<MotionBlur, SceneError> {
             Err(section.error("sub_frames", format!("must be odd, so that one lies in the middle, found {even}")))
         }
         _ if time == 0.0 => Ok(MotionBlur::default()),
-        _ => Ok(MotionBlur { time, sub_frames: sub_frames.unwrap_or(MotionBlur::USUAL) }),
+        _ => Ok(MotionBlur { time, sub_frames: sub_frames.unwrap_or(USUAL_SUB_FRAMES) }),
     }
 }
 
