@@ -31,7 +31,8 @@ def test_a_closed_simulation_says_so(scene: Path) -> None:
 
 
 def test_cameras_and_frames_are_pickled(scene: Path) -> None:
-    camera = isotherm.Camera(64, 48, fx=60, cx=30, distortion=[-0.1, 0.02, 0.001, 0], samples=4, near=0.5, exposure_time=0.1, sub_frames=5)
+    camera = isotherm.Camera(64, 48, fx=60, cx=30, distortion=[-0.1, 0.02, 0.001, 0], samples=4, near=0.5)
+    camera = camera.replace(exposure_time=0.1, sub_frames=5)
     again = pickle.loads(pickle.dumps(camera))
     names = ("width", "height", "fx", "fy", "cx", "cy", "skew", "distortion", "model", "samples", "near", "line_time")
     names += ("exposure_time", "sub_frames")
