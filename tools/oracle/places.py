@@ -19,8 +19,11 @@ def barycentric(triangles: np.ndarray, places: np.ndarray) -> np.ndarray:
     return np.column_stack([1 - second - third, second, third])
 
 
-def planet_light(normals: np.ndarray, down: np.ndarray, angular: float, suns: np.ndarray, rings: int = 96) -> tuple[np.ndarray, np.ndarray]:
-    """View factors of plates (n) to a sphere, and the same weighted with the cosine of each Sun (m) on the sphere (m, n), summed over even pieces of its disc."""
+def planet_light(
+    normals: np.ndarray, down: np.ndarray, angular: float, suns: np.ndarray, rings: int = 96, behind: tuple[np.ndarray, Rays] | None = None,
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """View factors of plates (n) to a sphere, and the same weighted with the cosine of each Sun (m) on the sphere (m, n), summed over even pieces of its disc.
+    `behind`: places of the plates, and triangles that hide the sphere."""
     cosine = 1 - (1 - np.cos(angular)) * (np.arange(rings) + 0.5) / rings
     turn = 2 * np.pi * (np.arange(2 * rings) + 0.5) / (2 * rings)
     first = np.cross(down, [1.0, 0.0, 0.0] if abs(down[0]) < 0.7 else [0.0, 1.0, 0.0])
@@ -32,6 +35,11 @@ def planet_light(normals: np.ndarray, down: np.ndarray, angular: float, suns: np
     along, sine = to @ down, np.sin(angular)
     outward = ((along - np.sqrt(np.maximum(0.0, sine**2 - 1 + along**2)))[:, None] * to - down) / sine
     seen = np.maximum(0.0, to @ normals.T) * piece / np.pi
+    if behind is not None:
+        places, scene = behind
+        for direction, row in zip(to, seen, strict=True):
+            facing = np.flatnonzero(row > 0)
+            row[facing[scene.hidden(places[facing] + 1e-4 * normals[facing], np.broadcast_to(direction, (len(facing), 3)))]] = 0
     return seen.sum(0), np.array([np.maximum(0.0, outward @ sun) @ seen for sun in suns])
 
 

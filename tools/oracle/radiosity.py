@@ -62,6 +62,7 @@ class Radiosity:
         # What meets the inner side of a skin comes back to where it started.
         between = (self.means @ self.factors).toarray() + np.diag(self.means @ self.inner)
         self.solvers = [self._solver(between, 1 - self.means @ of) for of in (side.emissivity, side.absorptivity)]
+        self.scene, self.normals, self.number = scene, normals, number
 
     def _planet(self, free: np.ndarray, directions: np.ndarray, planet: tuple[np.ndarray, float]) -> None:
         """Keeps which sides see the planet along these directions, and its outward normal there."""
@@ -96,11 +97,27 @@ class Radiosity:
 
     def received(self, own: np.ndarray, arrives: np.ndarray, light: int) -> np.ndarray:
         """What arrives on each side [W/m2], where sides send `own` themselves and `arrives` comes from outside. `light`: 0 infrared, 1 sunlight."""
+        sent = self.sent(own, arrives, light)
+        return arrives + self.factors @ sent + self.inner * sent[self.patch_of]
+
+    def sent(self, own: np.ndarray, arrives: np.ndarray, light: int) -> np.ndarray:
+        """What leaves each patch [W/m2], with all reflections."""
         reflectivity, factors = self.solvers[light]
         sent = self.means @ own + reflectivity * (self.means @ arrives)
-        if factors is not None:
-            sent = lu_solve(factors, sent)
-        return arrives + self.factors @ sent + self.inner * sent[self.patch_of]
+        return sent if factors is None else lu_solve(factors, sent)
+
+    def seen_from(self, places: np.ndarray, normals: np.ndarray, rays: int, seed: int = 3) -> np.ndarray:
+        """View factors (n, patches) from small plates of these unit normals."""
+        factors = np.zeros((len(places), self.count))
+        shift = np.random.default_rng(seed).random((len(places), 2))
+        for unit in numbers(rays, 2, seed):
+            directions = hemisphere(normals, (unit + shift) % 1.0)
+            hit = self.scene.first(places + 1e-4 * normals, directions)[0]
+            against = (directions * self.normals[hit]).sum(1) > 0
+            met = np.where(hit >= 0, self.number[hit, against.astype(int)], -1)
+            good = np.flatnonzero(met >= 0)
+            factors[good, self.patch_of[met[good]]] += 1 / rays
+        return factors
 
 
 def patches_of(surface: Surface, side: Side, size: float) -> tuple[np.ndarray, int]:
