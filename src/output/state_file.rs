@@ -20,7 +20,7 @@ use super::temporary::Unfinished;
 use crate::simulation::thermal_state::ThermalState;
 
 const MAGIC: &[u8] = b"isotherm state\n";
-const FORMAT: u32 = 4;
+const FORMAT: u32 = 5;
 const SUM_BYTES: usize = 32;
 /// Version of isotherm. Any other may keep other numbers.
 const VERSION: &str = env!("CARGO_PKG_VERSION");

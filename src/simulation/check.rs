@@ -202,6 +202,7 @@ impl Check {
                 reference,
                 exchange: exchange.map(|craft| ExchangeCheck::new(craft, &prepared.loads.joints_at(0.0).1)),
                 slots: slots.clone(),
+                has_alone: slots.iter().any(|slot| prepared.network.as_ref().is_none_or(|scene| !scene.has(*slot))),
                 network,
             }),
             slots,
@@ -231,6 +232,9 @@ impl Check {
         length: f64,
         rows: Option<&RowsBetween>,
     ) -> SampleEnd {
+        if self.sample.here().is_idle() {
+            return self.present();
+        }
         let (end, ended) = channel();
         // The rows of the engine are shared while it uses them.
         let turned = self.sample.here().follow(rows);

@@ -5,6 +5,7 @@
 
 pub(crate) mod connection;
 pub(crate) mod control;
+pub(crate) mod islands;
 mod newton;
 pub(crate) mod one_pass;
 pub(crate) mod periodic;
@@ -117,6 +118,11 @@ impl Network {
     /// An upper bound of the relaxation rate of all diffusive nodes [1/s]: the largest 2 (sum GL + 4 sigma T^3 (sum GR + eA)) / C (docs/numerics.md 3). T
     /// is the hotter end of each exchange.
     pub(crate) fn fastest_rate(&self, temperatures: &[f64]) -> f64 {
+        self.rates(temperatures).into_iter().fold(0.0, f64::max)
+    }
+
+    /// Such a bound for each node [1/s]. 0 for nodes that are not diffusive.
+    fn rates(&self, temperatures: &[f64]) -> Vec<f64> {
         let mut sums: Vec<f64> = self
             .emissive_areas
             .iter()
@@ -134,11 +140,10 @@ impl Network {
             sums[a] += slope;
             sums[b] += slope;
         }
-        let rates = sums.iter().zip(&self.capacitances).zip(&self.kinds);
-        rates
-            .filter(|(_, kind)| **kind == NodeKind::Diffusive)
-            .map(|((sum, capacitance), _)| 2.0 * sum / capacitance)
-            .fold(0.0, f64::max)
+        for ((sum, capacitance), kind) in sums.iter_mut().zip(&self.capacitances).zip(&self.kinds) {
+            *sum = if *kind == NodeKind::Diffusive { 2.0 * *sum / capacitance } else { 0.0 };
+        }
+        sums
     }
 }
 

@@ -148,6 +148,9 @@ impl Halves {
         [start, length]: [f64; 2],
     ) {
         self.lone.step(load, steps, [start, length]);
+        if self.stores.iter().all(Option::is_none) {
+            return;
+        }
         self.reference.light(whole.lit().clone());
         self.reference.receive(whole.received().to_vec());
         if let (Some(own), Some(network)) = (&mut self.network, network) {

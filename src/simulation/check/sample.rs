@@ -22,6 +22,8 @@ pub(super) struct Sample {
     pub(super) structures: Vec<Option<usize>>,
     /// The whole network of the scene in f64. `None` where it is too large.
     pub(super) network: Option<NetworkCheck>,
+    /// Whether any node of the sample belongs to no network. The reference of all others is the network alone.
+    pub(super) has_alone: bool,
     /// Radiation between surfaces. `None` without.
     pub(super) exchange: Option<ExchangeCheck>,
     /// The sample at half the step.
@@ -52,6 +54,11 @@ impl Sample {
     /// Whether light from the craft is found. A network that failed, or that waits, has no temperatures to send by.
     fn receives(&self) -> bool {
         self.network.as_ref().is_none_or(|network| network.failed.is_none() && !network.waits)
+    }
+
+    /// Whether a step changes nothing: all nodes belong to a network that waits for its start.
+    pub(super) fn is_idle(&self) -> bool {
+        !self.has_alone && !self.receives() && !self.halves.has_begun()
     }
 
     /// Finds the light that nodes receive from the craft in a step.
@@ -87,9 +94,13 @@ impl Sample {
     /// Advances by `steps` steps, from `start` [s] for `length` [s]. `turned` tells whether other rows hold than before.
     pub(super) fn step(&mut self, load: &StepLoad, steps: f64, [start, length]: [f64; 2], turned: bool) {
         let _checks = span("checking in f64");
-        self.reference.find_light(&mut self.light, load);
+        if self.has_alone {
+            self.reference.find_light(&mut self.light, load);
+        }
         self.receive(load, steps, turned);
-        self.reference.step(load, steps);
+        if self.has_alone {
+            self.reference.step(load, steps);
+        }
         if let Some(network) = self.network.as_mut().filter(|network| network.failed.is_none() && !network.waits) {
             network.step(load, start, length);
         }

@@ -11,6 +11,7 @@ use super::left::OnePassExit;
 use crate::gpu::samples::Samples;
 use crate::simulation::engine_error::EngineError;
 use crate::thermal::network::control::{ControlError, IntegrationSettings, Leg, MethodUse, Switch, integrate_leg};
+use crate::thermal::network::islands::Islands;
 use crate::thermal::network::one_pass::{Estimate, Halving, OnePassNetwork, SWITCHES_AT_MOST};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::trace::span;
@@ -36,6 +37,8 @@ pub(crate) struct NetworkCourse {
     pub(super) on: Vec<bool>,
     /// Length of the next sub-step [s].
     pub(super) step: f64,
+    /// The same of the sets of islands.
+    pub(super) island_steps: Vec<f64>,
     pub(super) uses: [Option<MethodUse>; 3],
     pub(super) rejected: u64,
     pub(super) switches: u64,
@@ -49,6 +52,8 @@ pub(crate) struct NetworkCourse {
 pub struct NetworkRun {
     pub(super) scene: Arc<SceneNetwork>,
     pub(super) worker: ReferenceStepper,
+    /// The network in islands, where these take sub-steps of their own in place of the worker.
+    pub(super) islands: Option<Islands>,
     pub(super) settings: IntegrationSettings,
     pub(super) course: NetworkCourse,
     located: VecDeque<Switch>,
@@ -73,6 +78,9 @@ impl NetworkRun {
     pub(crate) fn tight(scene: &Arc<SceneNetwork>) -> Self {
         let mut run = Self { one_pass: None, ..Self::reference(scene) };
         run.settings.tolerance *= TIGHT;
+        let heated =
+            scene.heated.iter().filter_map(|heated| Some((heated.thermostat.as_ref()?.sensor, &heated.shares[..])));
+        run.islands = Some(Islands::new(scene.network(), &heated.collect::<Vec<_>>()));
         run
     }
 
@@ -86,6 +94,7 @@ impl NetworkRun {
             course: NetworkCourse {
                 on: scene.thermostats().iter().map(|thermostat| thermostat.initially_on).collect(),
                 step: f64::INFINITY,
+                island_steps: Vec::new(),
                 uses: [None; 3],
                 rejected: 0,
                 switches: 0,
@@ -96,6 +105,7 @@ impl NetworkRun {
             settings: scene.settings,
             scene: Arc::clone(scene),
             worker: ReferenceStepper::new(scene.network().clone(), &scene.sensors()),
+            islands: None,
             located: VecDeque::new(),
             told: None,
             one_pass: None,
@@ -194,10 +204,17 @@ impl NetworkRun {
             return Ok(());
         }
         let schedule = self.scene.schedule(heat, &self.course.on, start, length);
-        let leg = Leg { horizon: self.scene.horizon.max(length), step: self.course.step, tight_switches: false };
-        let network = self.scene.network();
-        let (series, ended) = integrate_leg(&mut self.worker, network, &schedule, &self.settings, leg, |_| true);
-        ended.map_err(|error| match error {
+        let (horizon, settings) = (self.scene.horizon.max(length), &self.settings);
+        let done = match &mut self.islands {
+            Some(islands) => islands.integrate(&schedule, settings, horizon, &mut self.course.island_steps),
+            None => {
+                let leg = Leg { horizon, step: self.course.step, tight_switches: false };
+                let network = self.scene.network();
+                let (series, ended) = integrate_leg(&mut self.worker, network, &schedule, settings, leg, |_| true);
+                ended.map(|()| series)
+            }
+        };
+        let series = done.map_err(|error| match error {
             ControlError::Chatter { time, thermostat, switches, within } => {
                 let why = schedule.thermostats[thermostat].chatter(switches, within);
                 failure(start + time, &format!("the {} {why}", self.scene.thermostat_name(thermostat)))
@@ -211,17 +228,7 @@ impl NetworkRun {
         for switch in &series.switches {
             self.count_switch(&Switch { time: start + switch.time, ..*switch });
         }
-        for (sum, new) in self.course.uses.iter_mut().zip(series.uses) {
-            *sum = match (*sum, new) {
-                (Some(a), Some(b)) => Some(MethodUse {
-                    sub_steps: a.sub_steps + b.sub_steps,
-                    time: a.time + b.time,
-                    range: [a.range[0].min(b.range[0]), a.range[1].max(b.range[1])],
-                    stages: [a.stages[0].min(b.stages[0]), a.stages[1].max(b.stages[1])],
-                }),
-                (a, b) => a.or(b),
-            };
-        }
+        self.course.uses = MethodUse::sums(self.course.uses, series.uses);
         Ok(())
     }
 
@@ -262,12 +269,20 @@ impl NetworkRun {
 
     /// Temperatures of the nodes [K].
     pub(crate) fn temperatures(&self) -> Vec<f64> {
-        self.one_pass.as_ref().map_or_else(|| self.worker.temperatures(), |one_pass| one_pass.temperatures().to_vec())
+        match (&self.one_pass, &self.islands) {
+            (Some(one_pass), _) => one_pass.temperatures().to_vec(),
+            (None, Some(islands)) => islands.temperatures(),
+            (None, None) => self.worker.temperatures(),
+        }
     }
 
     /// Replaces the temperatures of the nodes [K].
     pub(crate) fn set_temperatures(&mut self, temperatures: &[f64]) {
         self.course.step = f64::INFINITY;
+        self.course.island_steps.clear();
+        if let Some(islands) = &mut self.islands {
+            islands.set_temperatures(temperatures);
+        }
         if let Some(one_pass) = &mut self.one_pass {
             one_pass.set_temperatures(temperatures);
             one_pass.set_on(&self.course.on);

@@ -28,7 +28,7 @@ impl NetworkRun {
     /// The state between two steps.
     pub(crate) fn save(&self) -> NetworkRunState {
         NetworkRunState {
-            temperatures: self.worker.temperatures(),
+            temperatures: self.temperatures(),
             counts: self.worker.counts(),
             one_pass: self.one_pass.as_ref().map(OnePassNetwork::save),
             course: self.course.clone(),
@@ -46,6 +46,9 @@ impl NetworkRun {
         }
         check_length("a network's nodes", &saved.temperatures, self.scene.network().len())?;
         self.worker.set_temperatures(&saved.temperatures);
+        if let Some(islands) = &mut self.islands {
+            islands.set_temperatures(&saved.temperatures);
+        }
         self.worker.set_counts(saved.counts);
         if let Some(one_pass) = &mut self.one_pass {
             one_pass.restore(part("a network in one pass", &saved.one_pass)?)?;

@@ -79,6 +79,21 @@ pub(crate) struct MethodUse {
     pub(crate) stages: [u32; 2],
 }
 
+impl MethodUse {
+    /// The uses of methods in two integrations together.
+    pub(crate) fn sums(one: [Option<Self>; 3], other: [Option<Self>; 3]) -> [Option<Self>; 3] {
+        std::array::from_fn(|method| match (one[method], other[method]) {
+            (Some(a), Some(b)) => Some(Self {
+                sub_steps: a.sub_steps + b.sub_steps,
+                time: a.time + b.time,
+                range: [a.range[0].min(b.range[0]), a.range[1].max(b.range[1])],
+                stages: [a.stages[0].min(b.stages[0]), a.stages[1].max(b.stages[1])],
+            }),
+            (a, b) => a.or(b),
+        })
+    }
+}
+
 /// Results of an integration.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Series {
