@@ -107,7 +107,8 @@ def line(cells: list[str]) -> None:
 def costs(folder: Path) -> list[str]:
     """Nodes of a run, and the milliseconds of a step on the device."""
     report = json.loads((folder / "report.json").read_text())
-    return [str(report["model"]["nodes"]), f"{report['speed']['step_ms']:.3g}"]
+    took = report["speed"]["step_ms"]
+    return [str(report["model"]["nodes"]), "" if took is None else f"{took:.3g}"]
 
 
 def check(cases: list[Case], program: Path, work: Path, device: str | None, error: bool = False) -> bool:
