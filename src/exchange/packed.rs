@@ -7,6 +7,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::factors::{Correction, Factors};
+use super::for_light::{LateLightAreas, LightAreas};
 use super::patches::Patch;
 use super::reflected::Areas;
 use super::sky::{open_parts, with_open_parts};
@@ -19,10 +20,14 @@ use crate::stop::both;
 struct HalfRows {
     first: Vec<u32>,
     columns: Vec<u16>,
-    values: Vec<f32>,
+    /// Upper halves of values as f32.
+    upper: Vec<u16>,
+    /// Lower halves that are not 0, and bits that tell which values have one.
+    lower: Vec<u16>,
+    has_lower: Vec<u64>,
     /// Places and values of entries that an f32 does not hold.
     rests: Vec<(u32, f64)>,
-    /// All values, in place of both, where an f32 holds less than half of them.
+    /// All values, in place of these, where an f32 holds less than half of them.
     doubles: Vec<f64>,
 }
 
@@ -32,23 +37,31 @@ impl HalfRows {
         for row in 0..whole.len() {
             let entries = whole.row(row);
             for (column, value) in &entries[entries.partition_point(|(column, _)| (*column as usize) < row)..] {
-                let single = *value as f32;
+                let (place, single) = (half.columns.len(), *value as f32);
                 if f64::from(single) != *value {
-                    half.rests.push((half.values.len() as u32, *value));
+                    half.rests.push((place as u32, *value));
                 }
+                let bits = if f64::from(single) == *value { single.to_bits() } else { 0 };
                 half.columns.push(*column as u16);
-                half.values.push(single);
+                half.upper.push((bits >> 16) as u16);
+                half.has_lower.resize(place / 64 + 1, 0);
+                if bits as u16 != 0 {
+                    half.has_lower[place / 64] |= 1 << (place % 64);
+                    half.lower.push(bits as u16);
+                }
                 half.doubles.push(*value);
             }
             half.first.push(half.columns.len() as u32);
         }
-        if 2 * half.rests.len() > half.values.len() {
-            (half.values, half.rests) = Default::default();
+        if 2 * half.rests.len() > half.columns.len() {
+            (half.upper, half.lower, half.has_lower, half.rests) = Default::default();
         } else {
             half.doubles = Vec::new();
         }
         half.columns.shrink_to_fit();
-        half.values.shrink_to_fit();
+        half.upper.shrink_to_fit();
+        half.lower.shrink_to_fit();
+        half.has_lower.shrink_to_fit();
         half.rests.shrink_to_fit();
         half.doubles.shrink_to_fit();
         half
@@ -68,12 +81,18 @@ impl HalfRows {
         let mut next = first.clone();
         let mut entries = vec![(0, 0.0); first[rows] as usize];
         let mut rests = self.rests.iter().copied().peekable();
+        let mut lower = self.lower.iter().copied();
+        let mut single = |place: usize| {
+            let has_lower = self.has_lower[place / 64] >> (place % 64) & 1 == 1;
+            let low = if has_lower { lower.next().unwrap_or_default() } else { 0 };
+            f64::from(f32::from_bits(u32::from(self.upper[place]) << 16 | u32::from(low)))
+        };
         for row in 0..rows {
             for place in of_row(row) {
                 let column = usize::from(self.columns[place]);
                 let rest = rests.next_if(|(own, _)| *own as usize == place).map(|(_, value)| value);
                 let exact = rest.or_else(|| self.doubles.get(place).copied());
-                let value = exact.unwrap_or_else(|| f64::from(self.values[place]));
+                let value = exact.unwrap_or_else(|| single(place));
                 let mut put = |row: usize, column: usize| {
                     entries[next[row] as usize] = (column as u32, value);
                     next[row] += 1;
@@ -88,8 +107,9 @@ impl HalfRows {
     }
 
     fn bytes(&self) -> usize {
-        let values = 4 * self.values.len() + 16 * self.rests.len() + 8 * self.doubles.len();
-        4 * self.first.len() + 2 * self.columns.len() + values
+        let halves = self.columns.len() + self.upper.len() + self.lower.len();
+        let wide = self.has_lower.len() + 2 * self.rests.len() + self.doubles.len();
+        4 * self.first.len() + 2 * halves + 8 * wide
     }
 }
 
@@ -115,13 +135,14 @@ pub(crate) struct PackedExchange {
 
 impl PackedExchange {
     pub(crate) fn new(exchange: Exchange) -> Self {
-        let Exchange { patches, nodes, of_node, factors, infrared, sunlight, sky, directions, bundles } = exchange;
+        let Exchange { patches, nodes, of_node, factors, infrared, for_light, directions, bundles } = exchange;
+        let LightAreas { sunlight, sky } = &*for_light;
         Self {
             patches,
             nodes,
             of_node,
             rows: [&factors.shared, &infrared.between, &sunlight.between].map(HalfRows::new),
-            space: [factors.space, infrared.space, sunlight.space],
+            space: [factors.space, infrared.space, sunlight.space.clone()],
             returned: [infrared.returned, sunlight.returned],
             inside: factors.inside,
             correction: factors.correction,
@@ -136,20 +157,15 @@ impl PackedExchange {
     }
 
     /// The exchange that was packed.
-    pub(crate) fn unpack(&self) -> Exchange {
+    pub(crate) fn unpack(self: &Arc<Self>) -> Exchange {
         let (shared, mut exchange) = both(|| self.rows[0].whole(), || self.unpack_rows());
         exchange.factors.shared = shared;
         exchange
     }
 
     /// The same without view factors between patches: no step asks for them.
-    pub(crate) fn unpack_rows(&self) -> Exchange {
-        let [_, infrared, sunlight] = &self.rows;
-        let (infrared, sunlight) = both(|| infrared.whole(), || sunlight.whole());
-        let [space, infrared_space, sunlight_space] = self.space.clone();
-        let open =
-            |(place, word): (usize, &u32)| with_open_parts(*word, self.open[place / 2] >> (4 * (place % 2)) & 15);
-        let sky = self.directions.par_iter().enumerate().map(open);
+    pub(crate) fn unpack_rows(self: &Arc<Self>) -> Exchange {
+        let own = Arc::clone(self);
         Exchange {
             patches: Arc::clone(&self.patches),
             nodes: Arc::clone(&self.nodes),
@@ -157,17 +173,27 @@ impl PackedExchange {
             factors: Factors {
                 areas: self.patches.iter().map(|patch| patch.area).collect(),
                 shared: Sparse::default(),
-                space,
+                space: self.space[0].clone(),
                 rays: self.rays,
                 correction: self.correction,
                 inside: self.inside.clone(),
             },
-            infrared: Areas { between: infrared, space: infrared_space, returned: self.returned[0] },
-            sunlight: Areas { between: sunlight, space: sunlight_space, returned: self.returned[1] },
-            sky: sky.collect(),
+            infrared: self.areas(0),
+            for_light: LateLightAreas::new(move || {
+                let open = |(place, word): (usize, &u32)| {
+                    with_open_parts(*word, own.open[place / 2] >> (4 * (place % 2)) & 15)
+                };
+                LightAreas { sunlight: own.areas(1), sky: own.directions.par_iter().enumerate().map(open).collect() }
+            }),
             directions: Arc::clone(&self.directions),
             bundles: self.bundles,
         }
+    }
+
+    /// Exchange areas of infrared or of sunlight.
+    fn areas(&self, kind: usize) -> Areas {
+        let (between, space) = (self.rows[1 + kind].whole(), self.space[1 + kind].clone());
+        Areas { between, space, returned: self.returned[kind] }
     }
 
     /// Memory, without what every pose shares [B].

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::directions::evenness;
 use super::factors::{Correction, Factors};
+use super::for_light::{LateLightAreas, LightAreas};
 use super::reflected::Areas;
 use super::sky::mean_sky;
 use super::sparse::Sparse;
@@ -25,22 +26,24 @@ const NOISE: f64 = 3.0;
 impl Exchange {
     /// The exchange at a share of the way to another pose of the same craft, without view factors between patches: no step asks for them.
     pub(crate) fn at(&self, other: &Self, share: f64) -> Self {
-        let absorptivities =
-            |of: fn(&super::patches::Patch) -> f64| -> Vec<f64> { self.patches.iter().map(of).collect() };
-        let areas = &self.factors.areas;
+        let emissivities: Vec<f64> = self.patches.iter().map(|patch| patch.optics.emissivity).collect();
+        let ends = [&self.for_light, &other.for_light].map(LateLightAreas::clone);
+        let (patches, areas) = (Arc::clone(&self.patches), self.factors.areas.clone());
+        let for_light = LateLightAreas::new(move || {
+            let absorptivities: Vec<f64> = patches.iter().map(|patch| patch.optics.absorptivity).collect();
+            let [from, to] = &ends;
+            LightAreas {
+                sunlight: from.sunlight.at(&to.sunlight, share, &areas, &absorptivities),
+                sky: mean_sky([&from.sky, &to.sky], share),
+            }
+        });
         Self {
             patches: Arc::clone(&self.patches),
             nodes: Arc::clone(&self.nodes),
             of_node: Arc::clone(&self.of_node),
             factors: self.factors.at(&other.factors, share),
-            infrared: self.infrared.at(&other.infrared, share, areas, &absorptivities(|patch| patch.optics.emissivity)),
-            sunlight: self.sunlight.at(
-                &other.sunlight,
-                share,
-                areas,
-                &absorptivities(|patch| patch.optics.absorptivity),
-            ),
-            sky: mean_sky([&self.sky, &other.sky], share),
+            infrared: self.infrared.at(&other.infrared, share, &self.factors.areas, &emissivities),
+            for_light,
             directions: Arc::clone(&self.directions),
             ..*self
         }

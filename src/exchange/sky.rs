@@ -267,16 +267,30 @@ impl Renewal {
         self.last.since[1] = self.every;
     }
 
+    /// Whether light is computed anew for a load, with rows that are new or not.
+    pub(crate) fn finds_light(&self, load: &StepLoad, new_rows: bool) -> bool {
+        self.is_far(&FoundFor::new(load), new_rows || self.is_due())
+    }
+
+    /// Whether infrared was held for long enough.
+    fn is_due(&self) -> bool {
+        self.last.since[1] >= self.every - STILL
+    }
+
+    /// Whether Sun, planet or joints have turned, or turn before infrared is found the next time, so far that light must be found with it.
+    fn is_far(&self, now: &FoundFor, infrared: bool) -> bool {
+        let turn = self.last.found_for.as_ref().map_or(f64::INFINITY, |last| last.turn(now));
+        let ahead = if infrared { (self.every - 1.0).max(0.0) / self.last.since[0].max(1.0) } else { 0.0 };
+        // Rounding must not count where the angle is 0.
+        turn * (1.0 + ahead) > self.angle.max(STILL)
+    }
+
     /// The part that must be computed anew for a load that lasts `steps`. The part counts as done then. `fresh` asks for all.
     pub(crate) fn due(&mut self, load: &StepLoad, steps: f64, fresh: bool) -> Due {
         let now = FoundFor::new(load);
-        let turn = self.last.found_for.as_ref().map_or(f64::INFINITY, |last| last.turn(&now));
-        let infrared = self.last.since[1] >= self.every - STILL;
+        let infrared = self.is_due();
         let goes_on = !fresh && self.last.found_for.as_ref().is_some_and(|last| !now.restarts(last));
-        // The turn where infrared is found the next time: light is found with it, not some steps later.
-        let ahead = if infrared { (self.every - 1.0).max(0.0) / self.last.since[0].max(1.0) } else { 0.0 };
-        // Rounding must not count where the angle is 0.
-        let due = if fresh || turn * (1.0 + ahead) > self.angle.max(STILL) {
+        let due = if fresh || self.is_far(&now, infrared) {
             self.last.found_for = Some(now);
             self.last.since = [0.0; 2];
             Due::All

@@ -17,6 +17,7 @@ use super::balance_sides::sides_of;
 use super::bundles::SkyBundles;
 use super::cast::Scenery;
 use super::factors::Factors;
+use super::for_light::{LateLightAreas, LightAreas};
 use super::mirrors::Mirrored;
 use super::patches::{NONE, Patch, PatchSurface, Patches};
 use super::reflected::{Areas, exchange_areas};
@@ -113,10 +114,8 @@ pub struct Exchange {
     pub factors: Factors,
     /// Exchange areas of infrared.
     pub infrared: Areas,
-    /// Exchange areas of sunlight.
-    pub sunlight: Areas,
-    /// Bundles of rays that keep the sky, the same number for each patch.
-    pub sky: Vec<u32>,
+    /// Exchange areas of sunlight, and the sky.
+    pub for_light: LateLightAreas,
     /// The same bundles with nothing open.
     pub(super) directions: Arc<Vec<u32>>,
     pub(super) bundles: usize,
@@ -140,21 +139,25 @@ impl Exchange {
         let [infrared, sunlight] = reflections(&factors, patches, settings.bounces, None);
         Self {
             bundles: bundles.of_patch(),
-            sky: bundles.opened(ends),
+            for_light: LateLightAreas::new({
+                let sky = bundles.opened(ends);
+                || LightAreas { sunlight, sky }
+            }),
             directions: Arc::clone(&bundles.words),
             patches: Arc::clone(&patches.all),
             nodes: Arc::clone(&patches.nodes),
             of_node: Arc::clone(&patches.of_node),
             factors,
             infrared,
-            sunlight,
         }
     }
 
     /// The exchange of the same patches with other optics, from the same view factors.
     pub(crate) fn with_optics(&self, patches: &Patches, bounces: Option<u32>) -> Self {
         let [infrared, sunlight] = reflections(&self.factors, patches, bounces, Some(self));
-        Self { patches: Arc::clone(&patches.all), infrared, sunlight, ..self.clone() }
+        let sky = self.for_light.sky.clone();
+        let for_light = LateLightAreas::new(|| LightAreas { sunlight, sky });
+        Self { patches: Arc::clone(&patches.all), infrared, for_light, ..self.clone() }
     }
 
     /// The exchange of a craft in the pose of its scenery, with rays of the processor.
@@ -173,14 +176,14 @@ impl Exchange {
     }
 
     pub(crate) fn sky_of(&self, patch: usize) -> &[u32] {
-        &self.sky[patch * self.bundles..(patch + 1) * self.bundles]
+        &self.for_light.sky[patch * self.bundles..(patch + 1) * self.bundles]
     }
 
     /// Shares of the planet's light that every patch sees.
     pub fn seen(&self, load: &StepLoad) -> Vec<PlanetShares> {
         let Some(planet) = &load.planet else { return vec![PlanetShares::ALL; self.patches.len()] };
         let share = |(patch, rays): (&Patch, &[u32])| PlanetFromPatch::new(planet, load, patch.joint).seen(rays);
-        self.patches.par_iter().zip(self.sky.par_chunks(self.bundles.max(1))).map(share).collect()
+        self.patches.par_iter().zip(self.for_light.sky.par_chunks(self.bundles.max(1))).map(share).collect()
     }
 
     /// The light of Sun and planet. `lit` has the lit area of each node. With `mirrored` the specular share of direct sunlight goes where it says.
@@ -219,7 +222,8 @@ impl Exchange {
             reflected[number][1] += (1.0 - patch.optics.absorptivity) * arrives;
             direct.push(patch.optics.absorptivity * arrives);
         }
-        let mut sunlight = self.gathered(&self.sunlight, |from| reflected[from][1], |patch| patch.optics.absorptivity);
+        let mut sunlight =
+            self.gathered(&self.for_light.sunlight, |from| reflected[from][1], |patch| patch.optics.absorptivity);
         sunlight.iter_mut().zip(&direct).for_each(|(all, direct)| *all += direct);
         CraftLight { planet_shares, reflected, sunlight, mirrored: direct }
     }
@@ -304,7 +308,7 @@ fn reflections(factors: &Factors, patches: &Patches, bounces: Option<u32>, known
     // Each has works for one thread.
     both(
         || areas(|patch| patch.optics.emissivity, |known| &known.infrared),
-        || areas(|patch| patch.optics.absorptivity, |known| &known.sunlight),
+        || areas(|patch| patch.optics.absorptivity, |known| &known.for_light.sunlight),
     )
     .into()
 }

@@ -164,6 +164,7 @@ impl ExchangeCraft {
     fn cast_anew(&self, poses: &[DAffine3]) -> Exchange {
         let Self { surface, patches, settings, .. } = self;
         let in_common = || {
+            let _prepares = span("preparing the rays");
             let rays = JointedRays::new(surface, patches, settings.rays)?;
             Some((rays, SkyBundles::new(surface, patches, settings.rays)))
         };
@@ -215,7 +216,7 @@ impl Finding for Exchange {
         self.bends(others, ratio)
     }
 
-    fn unpack(packed: &PackedExchange) -> Self {
+    fn unpack(packed: &Arc<PackedExchange>) -> Self {
         packed.unpack_rows()
     }
 
@@ -367,8 +368,8 @@ pub(crate) fn describe(craft: &ExchangeCraft, exchange: &Exchange) -> Vec<(Strin
     let correction = exchange.factors.correction;
     let per_patch = |entries: usize| entries as f64 / exchange.patches.len().max(1) as f64;
     let [infrared, sunlight] =
-        [&exchange.infrared, &exchange.sunlight].map(|areas| per_patch(areas.between.entries.len()));
-    let returned = exchange.infrared.returned.max(exchange.sunlight.returned);
+        [&exchange.infrared, &exchange.for_light.sunlight].map(|areas| per_patch(areas.between.entries.len()));
+    let returned = exchange.infrared.returned.max(exchange.for_light.sunlight.returned);
     let mut told = vec![
         ("patches".to_owned(), exchange.patches.len().to_string()),
         ("rays of a patch".to_owned(), craft.settings.rays.to_string()),

@@ -68,15 +68,27 @@ impl DeviceExchange {
         self.craft.patches.of_node.iter().map(|faces| faces.map(of_patch)).collect()
     }
 
-    /// Follows the joints. Returns tables where others hold than before.
-    pub(crate) fn turn(&mut self, poses: &[DAffine3]) -> Option<&ExchangeTables> {
+    /// Follows the joints. Returns tables where others hold than before, or where light is found that the last ones do not serve. `finds_light` tells whether light is
+    /// found with rows that are new or not.
+    pub(crate) fn turn(
+        &mut self,
+        poses: &[DAffine3],
+        finds_light: impl FnOnce(bool) -> bool,
+    ) -> Option<&ExchangeTables> {
         let craft = &self.craft;
-        let now = self.posed.turn(poses, &mut |poses| craft.find(poses)).cloned();
+        let is_new = self.posed.turn(poses, &mut |poses| craft.find(poses)).is_some();
         craft.share(&self.posed);
-        let now = &*now?;
+        let for_light = finds_light(is_new);
+        if !is_new && (self.tables.for_light || !for_light) {
+            return None;
+        }
+        let now = self.posed.found()?;
         let _orders = span("ordering the exchange");
         let before = std::mem::take(&mut self.tables.open);
-        self.tables.renew(now);
+        self.tables.renew(now, for_light);
+        if !is_new {
+            return Some(&self.tables);
+        }
         self.changes.take(&before, &self.tables.open);
         let covered = covered(craft, [&self.inner, &self.tables.inner]);
         self.covered = if covered.1 > self.covered.1 { covered } else { self.covered };
@@ -129,7 +141,7 @@ impl DeviceExchange {
     pub(crate) fn restore(&mut self, saved: &PosedState) -> Option<&ExchangeTables> {
         let craft = &self.craft;
         let now = self.posed.restore(saved, &mut |poses| craft.find(poses))?;
-        self.tables.renew(now);
+        self.tables.renew(now, true);
         Some(&self.tables)
     }
 }

@@ -64,7 +64,7 @@ pub(super) trait Finding: Sized {
     type Packed;
 
     /// The finding that was packed.
-    fn unpack(packed: &Self::Packed) -> Self;
+    fn unpack(packed: &Arc<Self::Packed>) -> Self;
     /// The finding at a share of the way to another.
     fn at(&self, other: &Self, share: f64) -> Self;
     /// The share of the way to another by which a pose may move before the finding between them must be made anew.
@@ -351,8 +351,8 @@ mod tests {
 
     impl Finding for Angle {
         type Packed = Self;
-        fn unpack(packed: &Self) -> Self {
-            packed.clone()
+        fn unpack(packed: &Arc<Self>) -> Self {
+            (**packed).clone()
         }
         fn at(&self, other: &Self, share: f64) -> Self {
             Self([0, 1].map(|k| self.0[k] + share * (other.0[k] - self.0[k])))
@@ -440,7 +440,7 @@ mod tests {
 
     impl Finding for Bent {
         type Packed = Self;
-        fn unpack(_: &Self) -> Self {
+        fn unpack(_: &Arc<Self>) -> Self {
             Self
         }
         fn at(&self, _: &Self, _: f64) -> Self {

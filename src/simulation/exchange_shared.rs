@@ -10,6 +10,7 @@ use crate::exchange::jointed_rays::JointedRays;
 use crate::exchange::packed::PackedExchange;
 use crate::exchange::step::Exchange;
 use crate::gpu::host_heap::give_back_freed_memory;
+use crate::trace::span;
 
 /// Size of a packed exchange [B] from which freed memory is given back, which takes milliseconds.
 const LARGE: usize = 1 << 19;
@@ -52,7 +53,10 @@ impl ExchangesInUse {
         let known = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let in_use = known().iter().find(|(own, _)| own == poses).and_then(|(_, exchange)| exchange.upgrade());
         in_use.unwrap_or_else(|| {
-            let exchange = Arc::new(PackedExchange::new(make()));
+            let exchange = make();
+            let packs = span("packing the exchange");
+            let exchange = Arc::new(PackedExchange::new(exchange));
+            drop(packs);
             let mut known = known();
             known.retain(|(_, exchange)| exchange.strong_count() > 0);
             // Finding takes many times the memory of what is found.

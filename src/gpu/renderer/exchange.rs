@@ -1,6 +1,7 @@
 //! Radiation between surfaces on the device: new tables where a joint has moved, and what patches receive.
 
 use super::Renderer;
+use crate::environment::StepLoad;
 use crate::gpu::effects::exchange::state::Exchanging;
 use crate::gpu::effects::exchange::tables::ExchangeTables;
 use crate::gpu::effects::exchange::{ENTRIES, PATCHES, RECEIVED, SEEN, SKY};
@@ -9,6 +10,11 @@ use crate::thermal::received::{FaceLoad, PlanetShares};
 use crate::trace::span;
 
 impl Renderer {
+    /// Whether the light of Sun and planet between surfaces is found anew for a load, with rows that are new or not.
+    pub(crate) fn finds_light(&self, load: &StepLoad, new_rows: bool) -> bool {
+        self.scene.exchange.as_ref().is_some_and(|own| own.fresh || own.renewal.finds_light(load, new_rows))
+    }
+
     /// Replaces the tables after a joint has moved.
     ///
     /// # Errors
@@ -23,7 +29,10 @@ impl Renderer {
         own.renewal.new_rows();
         self.resources.upload(&mut self.once, &PATCHES, &tables.patches)?;
         self.resources.upload(&mut self.once, &ENTRIES, &tables.entries)?;
-        self.resources.upload(&mut self.once, &SKY, &tables.sky)?;
+        own.has_light = tables.for_light;
+        if tables.for_light {
+            self.resources.upload(&mut self.once, &SKY, &tables.sky)?;
+        }
         self.resources.free_staging();
         Ok(())
     }

@@ -268,16 +268,16 @@ fn a_packed_exchange_loses_nothing_and_takes_half_of_the_memory() {
     let scenery = Scenery::new(&craft.surface, &poses);
     let exchange = Exchange::cast(&craft.surface, &craft.patches, &scenery, &craft.settings);
     let rows = |exchange: &Exchange| {
-        let Exchange { factors, infrared, sunlight, .. } = exchange;
-        16 * [&factors.shared, &infrared.between, &sunlight.between]
+        let Exchange { factors, infrared, for_light, .. } = exchange;
+        16 * [&factors.shared, &infrared.between, &for_light.sunlight.between]
             .map(|rows| rows.entries.len())
             .iter()
             .sum::<usize>()
     };
-    let packed = PackedExchange::new(exchange.clone());
+    let packed = Arc::new(PackedExchange::new(exchange.clone()));
     let again = packed.unpack();
     assert!(again.factors == exchange.factors);
-    assert!(again.infrared == exchange.infrared && again.sunlight == exchange.sunlight && again.sky == exchange.sky);
+    assert!(again.infrared == exchange.infrared && *again.for_light == *exchange.for_light);
     let (packed, whole) = (packed.bytes(), rows(&exchange));
     println!("{packed} of {whole} B");
     assert!(2 * packed < whole, "{packed} of {whole} B");

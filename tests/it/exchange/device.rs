@@ -158,7 +158,7 @@ fn balances(prepared: &Prepared) {
             assert!((f64::from(found[number]) - twin[number]).abs() < 1e-4 * largest, "patch {number}");
             absorbed += patch.area * f64::from(found[number]);
             leaves += exchange.infrared.space[number] * sent[number]
-                + exchange.sunlight.space[number] * light.reflected[number][1];
+                + exchange.for_light.sunlight.space[number] * light.reflected[number][1];
             all += patch.area * (sent[number] + light.reflected[number][1]);
             // What others mirror onto it is absorbed without being sent by a patch.
             all += patch.area * light.mirrored.get(number).unwrap_or(&0.0);

@@ -167,7 +167,7 @@ fn the_energy_of_mirrored_sunlight_balances() {
         let reflected = (1.0 - patch.optics.absorptivity) * patch.area * incident;
         direct += reflected;
         absorbs += patch.area * absorbed[number];
-        leaves += exchange.sunlight.space[number] * light.reflected[number][1];
+        leaves += exchange.for_light.sunlight.space[number] * light.reflected[number][1];
         past += patch.gloss.specular * reflected * mirrored.lost[number];
     }
     let off = (absorbs + leaves + past) / direct - 1.0;

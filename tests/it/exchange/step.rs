@@ -191,7 +191,7 @@ fn a_plate_hides_the_planet_behind_it() {
     );
     assert!((seen.planet_ir - exact[0]).abs() < 0.01 && (seen.albedo - exact[1]).abs() < 0.01, "{seen:?} {exact:?}");
     assert!(exact[0] < 0.9, "the large plate hides much");
-    let open = PlanetFromPatch::new(&planet, &load, 0).seen(&exchange.sky[..1]);
+    let open = PlanetFromPatch::new(&planet, &load, 0).seen(&exchange.for_light.sky[..1]);
     assert!((open.planet_ir - exact[0]).abs() > 0.01, "one ray is not enough");
 }
 

@@ -42,6 +42,8 @@ pub struct ExchangeTables {
     pub(crate) inner: Vec<f32>,
     /// Room for entries, of which a craft with joints may need more later.
     pub(crate) room: usize,
+    /// Whether they serve the light of Sun and planet: rows of sunlight, and the sky.
+    pub(crate) for_light: bool,
 }
 
 impl ExchangeTables {
@@ -64,7 +66,7 @@ impl ExchangeTables {
         let nodes = exchange.of_node.chunks(GROUP).map(|group| {
             std::array::from_fn(|k| group.get(k % GROUP).map_or(without, |faces| patch_of(faces[k / GROUP])))
         });
-        let moving = Self::moving(exchange, order, &places);
+        let moving = Self::moving(exchange, order, &places, true);
         Self {
             nodes: nodes.collect(),
             members: exchange.nodes.iter().map(|(node, share)| [*node, (*share as f32).to_bits()]).collect(),
@@ -76,17 +78,17 @@ impl ExchangeTables {
         }
     }
 
-    /// Takes an exchange of the same patches for other poses.
-    pub(crate) fn renew(&mut self, exchange: &Exchange) {
+    /// Takes an exchange of the same patches for other poses, with or without what serves the light of Sun and planet.
+    pub(crate) fn renew(&mut self, exchange: &Exchange, for_light: bool) {
         let Self { patches, entries, sky, open, inside, inner, .. } =
-            Self::moving(exchange, &self.order, &places_of(&self.order));
+            Self::moving(exchange, &self.order, &places_of(&self.order), for_light);
         self.room = self.room.max(entries.len());
-        (self.patches, self.entries, self.sky) = (patches, entries, sky);
+        (self.patches, self.entries, self.sky, self.for_light) = (patches, entries, sky, for_light);
         (self.open, self.inside, self.inner) = (open, inside, inner);
     }
 
     /// The tables that change with the poses of joints. All others are empty.
-    fn moving(exchange: &Exchange, order: &[u32], places: &[u32]) -> Self {
+    fn moving(exchange: &Exchange, order: &[u32], places: &[u32], for_light: bool) -> Self {
         let (mut parts, mut start) = (Vec::<Vec<[u32; 4]>>::new(), 0);
         let mut rows = |of: &Sparse| -> Vec<[u32; 2]> {
             let chunk = |(chunk, numbers): (usize, &[u32])| {
@@ -110,7 +112,9 @@ impl ExchangeTables {
             }
             rows
         };
-        let [infrared, reflected] = [&exchange.infrared, &exchange.sunlight].map(|areas| rows(&areas.between));
+        let infrared = rows(&exchange.infrared.between);
+        let sunlight = for_light.then(|| &exchange.for_light.sunlight);
+        let reflected = sunlight.map_or_else(|| vec![[0; 2]; order.len()], |areas| rows(&areas.between));
         let mut entries = joined(&parts);
         // A craft whose surfaces do not see each other has a buffer all the same. No row has this entry.
         if entries.is_empty() {
@@ -131,7 +135,7 @@ impl ExchangeTables {
                 first_reflected: reflected[0],
                 end_reflected: reflected[1],
                 itself: itself(&exchange.infrared),
-                itself_reflected: itself(&exchange.sunlight),
+                itself_reflected: sunlight.map_or(0.0, itself),
                 joint: patch.joint,
                 specular: patch.gloss.specular as f32,
                 exposed: exchange.exposed(*number as usize) as f32,
@@ -144,7 +148,8 @@ impl ExchangeTables {
         Self {
             patches,
             entries,
-            sky: sky_in_order(exchange, order),
+            sky: if for_light { sky_in_order(exchange, order) } else { Vec::new() },
+            for_light,
             open: (0..exchange.patches.len()).map(|patch| exchange.factors.to_space(patch) as f32).collect(),
             inside: (exchange.factors.inside_share(), exchange.factors.buried()),
             inner: exchange.factors.inside.iter().map(|share| *share as f32).collect(),
