@@ -11,9 +11,10 @@ use crate::environment::shadow::{Caster, KeptLight, LitAreas, LitNode, LitSurfac
 use crate::environment::step::StepLoads;
 use crate::gpu::effects::image::runs::TriangleRun;
 use crate::gpu::effects::thermal::variant::LightBy;
+use crate::model::corner::Division;
 use crate::model::nodes::{GROUP, Nodes};
 use crate::scene::Scene;
-use crate::thermal::material::{Material, Sides};
+use crate::thermal::material::{Material, Response, Sides};
 
 /// Default distance between two samples of light on a surface, as a share of the diagonal of the craft.
 const SAMPLE_SPACING: f64 = 1.0 / 400.0;
@@ -127,7 +128,13 @@ fn lit_node(nodes: &Nodes, materials: &[Material], slot: usize) -> LitNode {
         normal: nodes.normals[slot].as_dvec3(),
         both_sides: matches!(material.sides, Sides::Both { .. }),
         joint: nodes.joint(slot),
+        division: division(material),
     }
+}
+
+/// How triangles of a material are divided between their corners. A network has the areas of its nodes from `Division::Nearest`.
+pub(super) fn division(material: &Material) -> Division {
+    if material.response == Response::Network { Division::Nearest } else { Division::Thirds }
 }
 
 /// Box around the nodes of each joint in the file's pose: lower and upper corner [m].

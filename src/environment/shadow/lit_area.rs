@@ -1,6 +1,6 @@
 //! Sunlight on areas: the lit area vector of every node.
 //!
-//! A *corner* is the third of a triangle that belongs to one of its nodes. It has an area A_c and the unit normal n_c of the triangle. A node with corners c and
+//! A *corner* is the part of a triangle that belongs to one of its nodes (`Division`). It has an area A_c and the unit normal n_c of the triangle. A node with corners c and
 //! the area A absorbs the sunlight alpha S max(0, G . s) from the direction s, where
 //!
 //! ```text
@@ -207,7 +207,7 @@ impl LitAreas {
         let light = |corners: &mut FacingCorners, (index, node): (usize, &LitNode)| {
             corners.find(&self.surface, node, self.cells.corners_of(index), false, &views[node.joint as usize]);
             if self.by_rays() && !corners.corners.is_empty() {
-                corners.cast(&self.surface, node.vertex, &sunward, None);
+                corners.cast(&self.surface, node, &sunward, None);
             }
             corners.lights()
         };
@@ -296,7 +296,7 @@ impl LitAreas {
         if corners.area == 0.0 || among.is_empty() || corners.corners.is_empty() {
             return open;
         }
-        corners.cast(&self.surface, node.vertex, sky.sunward, Some((among, in_plane)));
+        corners.cast(&self.surface, node, sky.sunward, Some((among, in_plane)));
         let (vector, front) = corners.sum();
         LitArea { vector, front }
     }

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::{DAffine3, DVec2, DVec3, Vec3Swizzles};
 
-use super::lit_surface::{FLAT, LitNode, LitSurface, on_side_of, outline};
+use super::lit_surface::{FLAT, LitNode, LitSurface, on_side_of};
 use super::occluder::{Line, lit_share};
 use super::outline::{Face, Region};
 use super::points::{DiscPoints, fractions, shifts};
@@ -91,7 +91,8 @@ impl FacingCorners {
             let positions = surface.placed(number);
             let twice = (positions[1] - positions[0]).cross(positions[2] - positions[0]);
             let length = twice.length();
-            let area = length / 6.0;
+            let place = number as usize % 3;
+            let area = node.division.area(positions, place);
             self.area += area;
             let normal =
                 if is_flat { node.normal } else { on_side_of(node.normal, twice / length.max(f64::MIN_POSITIVE)) };
@@ -100,7 +101,7 @@ impl FacingCorners {
                 let side = normal * cosine.signum();
                 let placed = positions.map(|at| view.placed.transform_point3(at));
                 let face = Face { at: placed[0], side: view.placed.matrix3 * side, back: cosine < 0.0 };
-                let (place, of_face) = (number as usize % 3, 0);
+                let of_face = 0;
                 self.corners.push(FacingCorner {
                     number,
                     place,
@@ -121,7 +122,7 @@ impl FacingCorners {
     pub(super) fn cast(
         &mut self,
         surface: &LitSurface,
-        vertex: u32,
+        node: &LitNode,
         sunward: &Sunward,
         among: Option<(&[Hiding], bool)>,
     ) {
@@ -130,7 +131,7 @@ impl FacingCorners {
         points.clear();
         faces.clear();
         for corner in corners.iter_mut() {
-            points.extend(outline(corner.placed, corner.place));
+            points.extend(node.division.outline(corner.placed, corner.place));
             if faces.last().is_none_or(|last| last.side.dot(corner.face.side) < FLAT) {
                 faces.push(corner.face);
             }
@@ -146,7 +147,7 @@ impl FacingCorners {
         match above {
             Above::Nothing => {}
             Above::Cover => corners.iter_mut().for_each(|corner| corner.lit = 0.0),
-            Above::Some => self.cast_lines(surface, shifts(vertex), sunward),
+            Above::Some => self.cast_lines(surface, shifts(node.vertex), sunward),
         }
     }
 

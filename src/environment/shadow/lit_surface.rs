@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::sunward::Caster;
+use crate::model::corner::Division;
 
 /// Cosine of the angle between the normals of a node and of its triangle below which the node is not flat.
 pub(super) const FLAT: f64 = 1.0 - 1e-7;
@@ -28,6 +29,8 @@ pub(crate) struct LitNode {
     pub(crate) both_sides: bool,
     /// Joint; 0 is the body.
     pub(crate) joint: u32,
+    /// How its triangles are divided between their corners.
+    pub(crate) division: Division,
 }
 
 /// The surface of a craft as the Sun lights it, in the file's pose.
@@ -81,12 +84,6 @@ impl LitSurface {
 /// The normal of a corner, turned to the side of its node's normal.
 pub(super) fn on_side_of(node_normal: DVec3, normal: DVec3) -> DVec3 {
     if normal.dot(node_normal) < 0.0 { -normal } else { normal }
-}
-
-/// The outline of the corner of a triangle.
-pub(super) fn outline(triangle: [DVec3; 3], place: usize) -> [DVec3; 4] {
-    let [own, second, third] = [0, 1, 2].map(|k| triangle[(place + k) % 3]);
-    [own, 0.5 * (own + second), (own + second + third) / 3.0, 0.5 * (own + third)]
 }
 
 /// Nodes of a joint that follow each other.
@@ -188,9 +185,10 @@ impl Cells {
     /// The box around the corners of each node in the frame of its joint [m].
     pub(super) fn boxes(&self, surface: &LitSurface) -> Vec<[Vec3; 2]> {
         let around = |index: usize| {
-            let node = surface.positions[self.nodes[index].number as usize].as_vec3();
-            let outlines =
-                self.corners_of(index).iter().map(|number| outline(surface.placed(*number), *number as usize % 3));
+            let LitNode { number, division, .. } = self.nodes[index];
+            let node = surface.positions[number as usize].as_vec3();
+            let outline = |corner: &u32| division.outline(surface.placed(*corner), *corner as usize % 3);
+            let outlines = self.corners_of(index).iter().map(outline);
             let points = outlines.flatten().map(DVec3::as_vec3);
             points.fold([node; 2], |[low, high], point| [low.min(point), high.max(point)])
         };

@@ -7,6 +7,7 @@ use glam::{DAffine3, DQuat, DVec2, DVec3};
 
 use super::*;
 use crate::environment::{StepLoad, SunSample};
+use crate::model::corner::Division;
 
 /// A mesh of quadrangles in cells of nodes, each part with nodes of its own.
 #[derive(Default)]
@@ -26,7 +27,14 @@ impl Mesh {
             for j in 0..=cells[1] {
                 let [u, v] = [f64::from(i) / f64::from(cells[0]), f64::from(j) / f64::from(cells[1])];
                 let number = self.positions.len() as u32;
-                self.nodes.push(LitNode { number, vertex: number, normal, both_sides, joint });
+                self.nodes.push(LitNode {
+                    number,
+                    vertex: number,
+                    normal,
+                    both_sides,
+                    joint,
+                    division: Division::Thirds,
+                });
                 self.positions.push(corner + u * edges[0] + v * edges[1]);
                 self.areas.push(0.0);
             }
@@ -211,7 +219,14 @@ fn a_disc_casts_its_own_area() {
     let (disc, triangles) = disc_over_plate(256);
     mesh.triangles.extend(triangles[2..].iter().map(|triangle| triangle.map(|node| node + plate as u32 - 4)));
     mesh.positions.extend(&disc[4..]);
-    let node = |number| LitNode { number, vertex: number, normal: DVec3::Z, both_sides: false, joint: 0 };
+    let node = |number| LitNode {
+        number,
+        vertex: number,
+        normal: DVec3::Z,
+        both_sides: false,
+        joint: 0,
+        division: Division::Thirds,
+    };
     mesh.nodes.extend((plate as u32..mesh.positions.len() as u32).map(node));
     let light = mesh.light(0.01);
     for sun in [DVec3::Z, DVec3::new(0.3, -0.1, 1.0), DVec3::new(-0.4, 0.35, 0.9)] {
@@ -219,6 +234,32 @@ fn a_disc_casts_its_own_area() {
         let shaded: f64 = (0..plate).map(|node| mesh.areas[node] * (1.0 - lit[node].vector.z)).sum();
         assert!((shaded / (PI * 0.64) - 1.0).abs() < 0.005, "{sun}: {shaded} m2");
     }
+}
+
+/// A screen hides a quarter of a plate of two triangles. The light of the plate's nodes over the areas of their corners is three quarters, whichever quarter is dark and however the triangles are divided.
+#[test]
+fn a_plate_of_two_triangles_loses_what_a_screen_hides() {
+    let mut mixed = 0.0_f64;
+    for edges in [[DVec3::X * 2.0, DVec3::Y], [DVec3::X * 2.0, DVec3::new(0.7, 1.0, 0.0)]] {
+        for (quarter, division) in (0..4).flat_map(|k| [Division::Thirds, Division::Nearest].map(|of| (k, of))) {
+            let mut mesh = Mesh::default();
+            mesh.quad(DVec3::ZERO, edges, [1, 1], (false, 0));
+            let corner = 0.5 * (f64::from(quarter % 2) * edges[0] + f64::from(quarter / 2) * edges[1]);
+            mesh.quad(corner + 0.3 * DVec3::Z, edges.map(|edge| 0.5 * edge), [1, 1], (false, 0));
+            mesh.nodes.iter_mut().for_each(|node| node.division = division);
+            let lit = mesh.light(0.001).under(DVec3::Z, &[]);
+            let sum = |division: Division| {
+                let part = |corner: usize| {
+                    let triangle = mesh.triangles[corner / 3].map(|node| mesh.positions[node as usize]);
+                    division.area(triangle, corner % 3) * lit[mesh.triangles[corner / 3][corner % 3] as usize].vector.z
+                };
+                (0..6).map(part).sum::<f64>() / 2.0
+            };
+            assert!((sum(division) - 0.75).abs() < 0.002, "quarter {quarter}, {division:?}: {}", sum(division));
+            mixed = mixed.max((sum(Division::Nearest) - 0.75).abs());
+        }
+    }
+    assert!(mixed > 0.05, "light on thirds over other areas must be wrong: {mixed}");
 }
 
 /// The penumbra of an edge 2 m above is as wide as the Sun's disc, 18.6 mm, and its profile is the disc's: half a radius inside the edge of the shadow the
@@ -252,6 +293,7 @@ fn a_shared_node_has_the_light_of_each_face() {
         normal: normals[number as usize / 2],
         both_sides: false,
         joint: 0,
+        division: Division::Thirds,
     };
     let surface = LitSurface { positions, triangles, casters: Vec::new(), spacing: 1.0, times: 1 };
     let redraw = Redraw { bounds: Vec::new(), angle: 0.0, found_for: None };

@@ -7,6 +7,7 @@ use crate::environment::StepLoad;
 use crate::environment::load::solar_flux;
 use crate::environment::shadow::CornerLight;
 use crate::model::nodes::GROUP;
+use crate::simulation::light::division;
 use crate::simulation::prepare::Prepared;
 use crate::thermal::balance::{Incident, absorbed_flux};
 use crate::thermal::incident::incident;
@@ -61,7 +62,9 @@ impl<'a> AbsorbingSurface<'a> {
             let of_face = twice.normalize_or_zero();
             let cosine = of_face.dot(nodes.normals[triangle[number % 3]].as_dvec3());
             let normal = if cosine >= 0.0 { of_face } else { -of_face };
-            AbsorbingCorner { normal, area: twice.length() / 6.0, is_flat: cosine.abs() > FLAT }
+            let material = &prepared.materials[nodes.group_material[triangle[0] / GROUP] as usize];
+            let area = division(material).area([a, b, c], number % 3);
+            AbsorbingCorner { normal, area, is_flat: cosine.abs() > FLAT }
         };
         let corners: Vec<AbsorbingCorner> = (0..3 * prepared.triangles.len()).into_par_iter().map(corner).collect();
         let mut areas = vec![0.0; nodes.vertex_of_node.len()];

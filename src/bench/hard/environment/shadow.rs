@@ -8,6 +8,7 @@ use glam::DVec3;
 use crate::bench::hard::case::{CaseScale, HardCase};
 use crate::environment::shadow::{Caster, LitArea, LitAreas, LitNode, LitSurface, Redraw};
 use crate::environment::{StepLoad, SunSample};
+use crate::model::corner::Division;
 
 /// Edge of the plate, height of the disc above it, and radius of the disc [m].
 const EDGE: f64 = 4.0;
@@ -81,7 +82,14 @@ fn bounds() -> [DVec3; 2] {
 fn light(angle: f64) -> LitAreas {
     let positions = positions();
     let casters = vec![Caster::new(0, &positions, &disc())];
-    let node = |number| LitNode { number, vertex: number, normal: DVec3::Z, both_sides: false, joint: 0 };
+    let node = |number| LitNode {
+        number,
+        vertex: number,
+        normal: DVec3::Z,
+        both_sides: false,
+        joint: 0,
+        division: Division::Thirds,
+    };
     let nodes = (0..(NODES * NODES) as u32).map(node).collect();
     let surface = LitSurface { positions, triangles: plate(), casters, spacing: 0.02, times: 1 };
     LitAreas::new(Arc::new(surface), nodes, Redraw { bounds: vec![(0, bounds())], angle, found_for: None })

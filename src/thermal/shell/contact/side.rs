@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::super::areas::corner_dots;
 use super::super::{NO_NODE, ShellMaterial, ShellSurface};
 use crate::environment::shadow::Tree;
+use crate::model::corner::corner_dots;
 
 /// Part and material of a triangle.
 pub(super) type Group = [u32; 2];
