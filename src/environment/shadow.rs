@@ -5,6 +5,7 @@
 
 mod boxes;
 mod closed;
+mod joint_trees;
 mod jointed;
 mod kept_light;
 mod lit_area;
@@ -19,6 +20,7 @@ mod sunlit;
 mod sunward;
 mod tree;
 
+pub(crate) use joint_trees::JointTrees;
 pub(crate) use jointed::Jointed;
 pub(crate) use kept_light::KeptLight;
 pub(crate) use lit_area::NodesInSun;

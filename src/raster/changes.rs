@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::triangle::bounds;
-use super::view::RasterView;
+use super::view::{RasterView, places};
 
 /// Changes of the temperature in the pixels of an image.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,41 +33,51 @@ impl PixelChanges {
     }
 }
 
-/// A pixel whose centre a triangle covers.
-pub(crate) struct CoveredPixel {
-    /// Its number, row after row.
+/// Weight of a corner by which a sample beside the centre may lie outside a triangle that shows it: a device rounds corners to a share of a pixel.
+const OUTSIDE: f64 = 1e-3;
+
+/// A place in a pixel that a triangle covers.
+pub(crate) struct CoveredPlace {
+    /// Number of the pixel, row after row.
     pub(crate) pixel: usize,
+    /// Number of the sample, in the order of [`places`].
+    pub(crate) sample: usize,
     /// Weights of the corners there.
     pub(crate) weights: [f64; 3],
     /// Distance along the camera's axis [m].
     pub(crate) depth: f64,
 }
 
-/// The pixels whose centres a triangle (corners in camera axes) covers in the image of a lens without distortion.
-pub(crate) fn covered(view: &RasterView, [a, b, c]: [DVec3; 3]) -> Vec<CoveredPixel> {
+/// Looks at the places of samples that a triangle (corners in camera axes) covers in the image of a lens without distortion, pixel after pixel, in each until `look`
+/// returns `true`.
+pub(crate) fn visit_covered(view: &RasterView, [a, b, c]: [DVec3; 3], mut look: impl FnMut(&CoveredPlace) -> bool) {
     let volume = a.dot((b - a).cross(c - a));
     let rays = bounds(view.near, [a, b, c]);
     if volume == 0.0 || rays.low.cmpgt(rays.high).any() {
-        return Vec::new();
+        return;
     }
+    let places = places(view.samples);
     let planes = [b.cross(c - b), c.cross(a - c), a.cross(b - a)].map(|plane| plane / volume);
     let corners = [rays.low, rays.high].map(|ray| view.lens.project(ray));
     let within = |axis: usize, size: u32| {
         let [low, high] = [0, 1].map(|end: usize| corners[end][axis].clamp(-1.0, f64::from(size) + 1.0));
-        (low - 0.5).ceil().max(0.0) as u32..((high - 0.5).floor() + 1.0).clamp(0.0, f64::from(size)) as u32
+        let aside = if places.len() > 1 { 0.0 } else { 0.5 };
+        (low - 1.0 + aside).ceil().max(0.0) as u32..((high - aside).floor() + 1.0).clamp(0.0, f64::from(size)) as u32
     };
-    let mut pixels = Vec::new();
     for row in within(1, view.height) {
         for column in within(0, view.width) {
-            let centre = DVec2::new(f64::from(column) + 0.5, f64::from(row) + 0.5);
-            let Some(ray) = view.lens.unproject(centre) else { continue };
-            let weights = planes.map(|plane| plane.dot(ray.extend(1.0)));
-            let depth = 1.0 / weights.iter().sum::<f64>();
-            if weights.iter().all(|weight| *weight >= 0.0) && depth >= view.near {
-                let pixel = (row * view.width + column) as usize;
-                pixels.push(CoveredPixel { pixel, weights: weights.map(|weight| weight * depth), depth });
+            let pixel = (row * view.width + column) as usize;
+            for (sample, [x, y]) in places.iter().enumerate() {
+                let at = DVec2::new(f64::from(column) + x, f64::from(row) + y);
+                let Some(ray) = view.lens.unproject(at) else { continue };
+                let weights = planes.map(|plane| plane.dot(ray.extend(1.0)));
+                let depth = 1.0 / weights.iter().sum::<f64>();
+                let least = if sample == 0 { 0.0 } else { -OUTSIDE / depth.abs() };
+                let is_covered = weights.iter().all(|weight| *weight >= least) && depth >= view.near;
+                if is_covered && look(&CoveredPlace { pixel, sample, weights: weights.map(|w| w * depth), depth }) {
+                    break;
+                }
             }
         }
     }
-    pixels
 }

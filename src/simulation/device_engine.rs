@@ -17,6 +17,7 @@ use super::exchange_poses::RowsBetween;
 use super::given::GivenTemperatures;
 use super::image::Image;
 use super::network::NetworkRun;
+use super::pixel_light::PastLight;
 use super::prepare::Prepared;
 use super::surroundings::{Finishes, MappedPlanet};
 use crate::environment::StepLoad;
@@ -93,12 +94,14 @@ impl DeviceEngine {
         }
     }
 
-    /// Sends the frame of an order. A sub-frame of an exposure is told with the time of the whole image [s].
+    /// Sends the frame of an order. A sub-frame of an exposure is told with the time of the whole image [s]. `temperatures` of the nodes [K] are those that light of
+    /// pixels needs.
     fn send(
         &mut self,
         step: Option<EngineStep<'_>>,
         order: &Order<'_>,
         exposed: Option<(SubFrame, f64)>,
+        temperatures: &[f64],
     ) -> Result<Flying, EngineError> {
         self.steps += u64::from(step.is_some());
         if let Some(step) = &step {
@@ -125,7 +128,7 @@ impl DeviceEngine {
         }
         let camera = self.camera.as_ref();
         let (views, distant) = camera.map(|camera| camera.drawn(order)).unwrap_or_default();
-        let changes = camera.and_then(|camera| camera.changes(order)).map(Arc::new);
+        let changes = camera.and_then(|camera| camera.changes(order, temperatures)).map(Arc::new);
         let image = camera.and_then(|camera| camera.image(order));
         let image = image.map(|image| Image { changes: changes.clone(), ..image });
         let rolling_sky = camera.and_then(|camera| camera.rolling_sky(order));
@@ -174,25 +177,45 @@ impl DeviceEngine {
         exposure: MotionBlur,
         ImageMoments(moment): ImageMoments<'_>,
     ) -> Result<(), EngineError> {
-        let fourth = self.fourth();
-        self.frames.end(&mut self.renderer, fourth)?;
-        let mut delivered = Delivered::default();
-        if step.is_some() || order.temperatures {
-            let stepped = self.send(step, &Order { pose: None, moments: None, surroundings: None, ..*order }, None)?;
-            delivered = self.frames.collect(&mut self.renderer, stepped, fourth)?;
-            self.take_switches()?;
-        }
+        let mut delivered = self.advance_first(step, order)?;
         let mut last = None;
         for (number, offset) in (0..).zip(exposure.offsets()) {
             let (instant, later) = (moment(offset), |later: f64| moment(offset + later));
             let sub_frame = SubFrame { number, count: exposure.sub_frames };
             let drawn = order.sub_frame(offset, &instant, ImageMoments(&later));
-            last = Some(self.send(None, &drawn, Some((sub_frame, order.time)))?);
+            last = Some(self.send(None, &drawn, Some((sub_frame, order.time)), &[])?);
         }
         if let Some(last) = last {
             let image = self.camera.as_ref().and_then(|camera| camera.image(order));
+            let fourth = self.fourth();
             delivered.image = self.frames.collect(&mut self.renderer, Flying { image, ..last }, fourth)?.image;
         }
+        self.frames.keep(delivered);
+        Ok(())
+    }
+
+    /// Takes the step of an order without its image. No frame is under way afterwards.
+    fn advance_first(&mut self, step: Option<EngineStep<'_>>, order: &Order<'_>) -> Result<Delivered, EngineError> {
+        let fourth = self.fourth();
+        self.frames.end(&mut self.renderer, fourth)?;
+        if step.is_none() && !order.temperatures {
+            return Ok(Delivered::default());
+        }
+        let without_image = Order { pose: None, moments: None, surroundings: None, ..*order };
+        let stepped = self.send(step, &without_image, None, &[])?;
+        let delivered = self.frames.collect(&mut self.renderer, stepped, fourth)?;
+        self.take_switches()?;
+        Ok(delivered)
+    }
+
+    /// Takes the step of an order, then draws its image with the light of pixels, which needs the temperatures of the nodes. The result is ready at once.
+    fn draw_after(&mut self, step: Option<EngineStep<'_>>, order: &Order<'_>) -> Result<(), EngineError> {
+        let mut delivered = self.advance_first(step, order)?;
+        let temperatures = self.renderer.temperatures()?;
+        let drawn = Order { keep: false, temperatures: false, absorbed: false, ..*order };
+        let drawn = self.send(None, &drawn, None, &temperatures)?;
+        let fourth = self.fourth();
+        delivered.image = self.frames.collect(&mut self.renderer, drawn, fourth)?.image;
         self.frames.keep(delivered);
         Ok(())
     }
@@ -231,7 +254,11 @@ impl Engine for DeviceEngine {
     fn submit(&mut self, step: Option<EngineStep<'_>>, order: Order<'_>) -> Result<(), EngineError> {
         let exposure = self.camera.as_ref().and_then(DeviceCamera::exposure).filter(|_| order.pose.is_some());
         let Some((exposure, moments)) = exposure.zip(order.moments) else {
-            let flying = self.send(step, &order, None)?;
+            let past = self.camera.as_ref().and_then(|camera| camera.past(&order)).filter(|_| order.pose.is_some());
+            if past.is_some_and(PastLight::needs_temperatures) {
+                return self.draw_after(step, &order);
+            }
+            let flying = self.send(step, &order, None, &[])?;
             self.frames.push(flying);
             return Ok(());
         };

@@ -8,7 +8,6 @@ use glam::DVec3;
 use super::network::SceneNetwork;
 use super::pixel_light::PixelLight;
 use crate::environment::shadow::{Caster, KeptLight, LitAreas, LitNode, LitSurface, Redraw};
-use crate::environment::step::StepLoads;
 use crate::gpu::effects::image::runs::TriangleRun;
 use crate::gpu::effects::thermal::variant::LightBy;
 use crate::model::corner::Division;
@@ -85,11 +84,10 @@ impl SceneLight {
         scene: &Scene,
         craft: (&Nodes, &[[u32; 3]], &[Material]),
         network: Option<&Arc<SceneNetwork>>,
-        loads: &StepLoads,
     ) -> Self {
         let (nodes, _, materials) = craft;
         let lit = self.lit_areas(nodes, materials, nodes.real().map(|(slot, _)| slot));
-        let in_pixels = lit.and_then(|lit| PixelLight::of(scene, craft, lit, network, loads.joints().is_empty()));
+        let in_pixels = lit.and_then(|lit| PixelLight::of(scene, craft, lit, network));
         Self { in_pixels: in_pixels.map(Arc::new), ..self }
     }
 

@@ -9,8 +9,10 @@
 //! ```
 //!
 //! with the lit share v of the place, the sunlight q_open that would be absorbed if nothing hid the Sun, and q_nodes that which the nodes absorb. Where all nodes
-//! of a triangle are lit or dark v is known without a ray.
+//! of a triangle are lit or dark v is known without a ray. With radiation between surfaces each node also takes an even flux, which brings it to its temperature,
+//! and the place takes the flux between them.
 
+mod foil_image;
 mod moments;
 mod place;
 mod surface;
@@ -19,18 +21,18 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DAffine3;
-use rayon::prelude::*;
 
-use self::moments::{DARK, LIT, Moment, NodeLight, shadows};
-use self::place::{Beginning, Places, interpolate};
+use self::foil_image::FoilImage;
+use self::moments::{DARK, LIT, Moment, NodeLight, Shadows};
+use self::place::Beginning;
 use self::surface::{Foil, FoilSurface, FoilTriangle};
 use super::network::SceneNetwork;
 use crate::environment::Attitude;
-use crate::environment::shadow::{LitAreas, Occluders};
+use crate::environment::shadow::{JointTrees, LitAreas};
 use crate::environment::step::StepLoads;
 use crate::model::nodes::Nodes;
 use crate::raster::RasterView;
-use crate::raster::changes::{PixelChanges, covered};
+use crate::raster::changes::PixelChanges;
 use crate::scene::{Initial, Scene};
 use crate::thermal::material::Material;
 use crate::trace::span;
@@ -41,8 +43,8 @@ const INTERVAL: f64 = 0.15;
 const MEMORY: f64 = 8.0;
 /// Most intervals of the past.
 const INTERVALS: f64 = 48.0;
-/// A change below which a pixel stays as it is [K].
-const LEAST_CHANGE: f64 = 1e-3;
+/// Most intervals whose shadows are kept.
+const SHADOWS: usize = 3;
 /// Light below which nodes show what a place absorbs [W/m2].
 const LEAST_LIGHT: f64 = 0.05;
 
@@ -54,10 +56,20 @@ pub(crate) struct PixelLight {
     interval: f64,
     count: u32,
     start: Beginning,
-    /// The triangles that hide the Sun, where nothing moves.
-    still: Option<Arc<Occluders>>,
-    /// Moments that were found before.
-    known: Mutex<VecDeque<Arc<Moment>>>,
+    /// Whether surfaces send each other radiation, so that the light of Sun and planet is not all that they take.
+    exchange: bool,
+    /// The triangles that hide the Sun.
+    trees: JointTrees,
+    /// Moments and shadows that were found before.
+    known: Mutex<Known>,
+}
+
+/// What was found before.
+#[derive(Default)]
+struct Known {
+    moments: VecDeque<Arc<Moment>>,
+    /// Images in one interval have its shadows in common.
+    shadows: VecDeque<Arc<Shadows>>,
 }
 
 /// The past of the light up to the time of an image.
@@ -81,11 +93,8 @@ impl PixelLight {
         (nodes, triangles, materials): (&Nodes, &[[u32; 3]], &[Material]),
         light: LitAreas,
         network: Option<&Arc<SceneNetwork>>,
-        is_still: bool,
     ) -> Option<Self> {
-        // The balance of a place lacks the radiation of other surfaces: with it, dark places were up to 70 K too cold.
-        let is_lone = scene.exchange.is_none() && scene.attitude != Attitude::Tumble;
-        if !light.by_rays() || !scene.shadows?.in_pixels || !is_lone {
+        if !light.by_rays() || !scene.shadows?.in_pixels || scene.attitude == Attitude::Tumble {
             return None;
         }
         let surface = FoilSurface::new((nodes, triangles), materials, light.numbers(), network)?;
@@ -101,12 +110,13 @@ impl PixelLight {
             Initial::Temperature(kelvin) => Beginning::Temperature(kelvin),
         };
         Some(Self {
-            still: is_still.then(|| Arc::new(light.occluders(&[]))),
+            trees: light.trees(),
             count: (MEMORY * longest / interval).ceil().clamp(1.0, INTERVALS) as u32,
             surface,
             light,
             interval,
             start,
+            exchange: scene.exchange.is_some(),
             known: Mutex::default(),
         })
     }
@@ -143,28 +153,17 @@ impl PixelLight {
         let whole = if held > end { loads.step_load(start, held) } else { load.clone() };
         let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let key = Moment::key(&load, &whole, end);
-        let found = known().iter().find(|moment| moment.key == key).cloned();
+        let found = known().moments.iter().find(|moment| moment.key == key).cloned();
         if let Some(moment) = found {
             return moment;
         }
-        let held = known().iter().find(|moment| moment.has_shadows_of(&whole)).map(|moment| moment.shadows());
-        let shadows = held.unwrap_or_else(|| {
-            let occluders = |poses: &[DAffine3]| match &self.still {
-                Some(still) => Arc::clone(still),
-                None => {
-                    let _plants = span("making trees of rays");
-                    Arc::new(self.light.occluders(poses))
-                }
-            };
-            shadows(&self.light, &self.nodes_of_light(), &whole, occluders)
-        });
+        let held = known().shadows.iter().find(|shadows| shadows.are_of(&whole)).cloned();
+        let shadows = held.unwrap_or_else(|| Arc::new(Shadows::new(&self.light, &self.nodes_of_light(), &whole)));
         let _lights = span("light of foil in the past");
-        let moment = Arc::new(Moment::new(&self.surface, materials, &load, shadows, (key, end - start)));
+        let moment = Arc::new(Moment::new(&self.surface, materials, &load, &shadows, (key, end - start)));
         let mut known = known();
-        known.push_back(Arc::clone(&moment));
-        if known.len() > INTERVALS as usize + 2 {
-            known.pop_front();
-        }
+        keep(&mut known.moments, &moment, INTERVALS as usize + 2);
+        keep(&mut known.shadows, &shadows, SHADOWS);
         moment
     }
 
@@ -175,55 +174,26 @@ impl PixelLight {
     }
 }
 
+/// Keeps a value among the newest.
+fn keep<T>(all: &mut VecDeque<Arc<T>>, one: &Arc<T>, most: usize) {
+    all.push_back(Arc::clone(one));
+    if all.len() > most {
+        all.pop_front();
+    }
+}
+
 impl PastLight {
-    /// What the light of each pixel changes in an image of a lens without distortion, whose joints have these poses. `None` where nothing changes.
-    pub(crate) fn changes(&self, view: &RasterView, joints: &[DAffine3]) -> Option<PixelChanges> {
+    /// Whether changes need the temperatures of the nodes.
+    pub(crate) fn needs_temperatures(&self) -> bool {
+        self.scene.exchange
+    }
+
+    /// What the light of each pixel changes in an image of a lens without distortion, whose joints have these poses and whose nodes, in device order, these
+    /// temperatures [K], where they are needed. `None` where nothing changes.
+    pub(crate) fn changes(&self, view: &RasterView, joints: &[DAffine3], temperatures: &[f64]) -> Option<PixelChanges> {
         let _finds = span("finding the light of pixels");
-        let mut changes = PixelChanges::none(view.width, view.height);
-        let scene = &*self.scene;
-        let pose = |joint: u32| joints.get(joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
-        let occluders = match &scene.still {
-            Some(still) => Arc::clone(still),
-            None => Arc::new(scene.light.occluders(joints)),
-        };
-        let camera = view.camera_from_body.inverse().translation;
-        let of_triangle = |triangle: &FoilTriangle| {
-            let lit = self.known(triangle);
-            if lit.is_empty() {
-                return Vec::new();
-            }
-            let nodes = triangle.nodes.map(|node| &scene.surface.nodes[node]);
-            let pose = pose(nodes[0].joint);
-            let corners = nodes.map(|node| pose.transform_point3(node.position));
-            let outward = pose.matrix3 * triangle.normal;
-            let places = Places::new(&scene.surface, (&self.moments, self.begins), (triangle, &lit));
-            let mut changed = Vec::new();
-            let Some(of_nodes) = places.of_nodes() else { return changed };
-            for pixel in covered(view, corners.map(|at| view.camera_from_body.transform_point3(at))) {
-                let at = interpolate(corners, pixel.weights);
-                let to_camera = camera - at;
-                let lift = occluders.start * outward * outward.dot(to_camera).signum();
-                let distance = to_camera.length();
-                if occluders.first_within(at + lift, to_camera / distance, distance - view.near).is_some() {
-                    continue;
-                }
-                let place = interpolate(nodes.map(|node| node.position), pixel.weights);
-                let kelvin = places.change(place, pixel.weights, of_nodes);
-                if kelvin.abs() >= LEAST_CHANGE {
-                    changed.push((pixel.pixel, pixel.depth, [kelvin as f32, (triangle.part + 1) as f32]));
-                }
-            }
-            changed
-        };
-        let changed: Vec<(usize, f64, [f32; 2])> =
-            scene.surface.triangles.par_iter().flat_map_iter(of_triangle).collect();
-        let mut nearest = vec![f64::INFINITY; changes.values.len()];
-        for (pixel, depth, value) in changed {
-            if depth < nearest[pixel] {
-                nearest[pixel] = depth;
-                changes.values[1 + pixel] = value;
-            }
-        }
+        let temperatures = Some(temperatures).filter(|_| self.needs_temperatures());
+        let changes = FoilImage::new(self, view, joints, temperatures).changes();
         (!changes.is_empty()).then_some(changes)
     }
 

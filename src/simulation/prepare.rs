@@ -186,7 +186,7 @@ impl Prepared {
         let exchange = steps::exchange(&scene, &nodes, &triangles, network.as_deref(), &materials, like)?;
         warnings.extend(exchange.iter().flat_map(|craft| craft.warnings()));
         Ok(Self {
-            light: light.with_pixels(&scene, (&nodes, &triangles, &materials), network.as_ref(), &loads),
+            light: light.with_pixels(&scene, (&nodes, &triangles, &materials), network.as_ref()),
             exchange,
             network,
             given,

@@ -1,5 +1,7 @@
 //! Light in pixels: the edge of a shadow on foil lies where geometry says, whatever the mesh.
 
+use std::f64::consts::TAU;
+
 use glam::{DVec2, DVec3};
 use isotherm::Image;
 use isotherm::internals::{STEFAN_BOLTZMANN, read_exr};
@@ -11,23 +13,58 @@ const CAPACITY: f64 = 400.0;
 const EMISSIVITY: f64 = 0.8;
 const START: f64 = 300.0;
 
-/// Temperature of foil [K] after the ten steps of a minute, with a share of the sunlight. Steps of a tenth of a second.
-fn foil(share: f64) -> f64 {
-    let rate = |t: f64| (share * sunlight() - EMISSIVITY * STEFAN_BOLTZMANN * t.powi(4)) / CAPACITY;
+/// Temperature of foil [K] after the ten steps of a minute, with shares of the sunlight and of the radiation of a black body at the start. Steps of a tenth of a second.
+fn foil(sun: f64, black: f64) -> f64 {
+    let emitted = |t: f64| EMISSIVITY * STEFAN_BOLTZMANN * t.powi(4);
+    let rate = |t: f64| (sun * sunlight() + black * emitted(START) - emitted(t)) / CAPACITY;
     (0..6000).fold(START, |kelvin, _| kelvin + 0.1 * rate(kelvin + 0.05 * rate(kelvin)))
 }
 
-/// A floor of foil, and a plate 1 m above it whose shadow covers the floor's half of x > 0 under a Sun 45 deg above +x.
-fn image(response: &str, edge: f64, key: &str, device: &str) -> Image {
-    let own = format!(
+fn skin(response: &str) -> String {
+    format!(
         "emissivity = {EMISSIVITY}\nheat_capacity_per_area = {CAPACITY}\nthickness = 0.0001\nconductivity = 0\nsides = \"outside\"\nresponse = \"{response}\"\n"
-    );
+    )
+}
+
+/// A floor of foil, and a plate of foil 1 m above it whose shadow covers the floor's half of x > 0 under a Sun 45 deg above +x.
+fn image(response: &str, edge: f64, key: &str, device: &str) -> Image {
+    let all = [("floor", [0.0; 3], true), ("plate", [2.0, 0.0, 1.0], true)];
+    draw(response, edge, key, device, &skin(response), &all)
+}
+
+/// The same floor below black tiles, 8 m above it, that stay as warm as they began and face it. Their shadow covers the floor's half of x < 0.
+fn image_below_tiles(key: &str, device: &str) -> Image {
+    let tile = "emissivity = 1\nheat_capacity_per_area = 1e8\nsides = \"outside\"\nresponse = \"radiative\"\n";
+    let place = |tile: u8| [f32::from(tile % 8) * 2.0 - 7.0, f32::from(tile / 8) * 2.0 - 7.0, 8.0];
+    let tiles = (0..64).map(|tile| ("plate", place(tile), false));
+    let all: Vec<_> = std::iter::once(("floor", [0.0; 3], true)).chain(tiles).collect();
+    draw("network", 1.0, &format!("{key}[exchange]\n"), device, tile, &all)
+}
+
+/// View factor of a place on the floor to these tiles (Howell's catalogue, B-3).
+fn share_of_tiles(place: DVec3) -> f64 {
+    let corner = |x: f64, y: f64| {
+        let [along, across] = [x, y].map(|side| side.hypot(1.0));
+        (x / along * (y / along).atan() + y / across * (x / across).atan()) / TAU
+    };
+    let sides = |at: f64| [(8.0 - at) / 8.0, (8.0 + at) / 8.0];
+    sides(place.x).into_iter().flat_map(|x| sides(place.y).map(|y| corner(x, y))).sum()
+}
+
+/// Draws a floor of foil and squares of another material.
+fn draw(response: &str, edge: f64, key: &str, device: &str, plate: &str, all: &[(&str, [f32; 3], bool)]) -> Image {
     let rest = format!("[initial]\ntemperature = {START}\n[shadows]\n{key}[network]\ncontacts = \"stated\"\n");
-    let text = scene(&[("floor", &own), ("plate", &own)], LIT, &rest);
+    let text = scene(&[("floor", &skin(response)), ("plate", plate)], LIT, &rest);
     let text =
         text.replace("max_edge = 0.5", &format!("max_edge = {edge}")).replace("budget = true\n", "error = true\n");
     let text = if response == "network" { text } else { text.replace("[network]\ncontacts = \"stated\"\n", "") };
-    let folder = squares(&text, &[("floor", [0.0; 3], true), ("plate", [2.0, 0.0, 1.0], true)]);
+    // Below the tiles.
+    let text = if key.contains("[exchange]") {
+        text.replace("position = [-5, -1, 5]", "position = [-5, -1, 3]")
+    } else {
+        text
+    };
+    let folder = squares(&text, all);
     let device: &[&str] = if device == "cpu" { &["--device", "cpu"] } else { &[] };
     let ran = run(folder.0.path(), &[&["run", "scene.toml", "-o", "out"], device].concat());
     assert_eq!(ran.code, 0, "{}", ran.err);
@@ -47,17 +84,20 @@ fn floor(image: &Image) -> Vec<(DVec3, [f64; 2], f64)> {
         let size = 1.5 * depth / image.camera.lens.focal[0];
         (place, [image.temperature[pixel], image.error[pixel]].map(f64::from), size)
     });
-    // Rims of the floor are left out: the centre of their pixels shows something else, and takes no change.
-    pixels.filter(|(place, ..)| place.z.abs() < 1e-3).collect()
+    pixels.collect()
 }
 
 /// Pixels more than their width away from the edge that are wrong by more than 1 K, and the share of all pixels that lie within twice of their stated error.
 fn wrong(image: &Image) -> (usize, f64) {
-    let [lit, dark] = [1.0, 0.0].map(foil);
+    wrong_beside(image, |place| foil(if place.x < 0.0 { 1.0 } else { 0.0 }, 0.0))
+}
+
+/// The same with the temperature of a place [K].
+fn wrong_beside(image: &Image, truth: impl Fn(DVec3) -> f64) -> (usize, f64) {
     let all = floor(image);
+    let [lit, dark] = [1.0, 0.0].map(|sun| foil(sun, 0.0));
     assert!(all.len() > 200 && lit - dark > 100.0, "{} pixels, {lit} and {dark} K", all.len());
-    let off =
-        |(place, [kelvin, _], _): &(DVec3, [f64; 2], f64)| (kelvin - if place.x < 0.0 { lit } else { dark }).abs();
+    let off = |(place, [kelvin, _], _): &(DVec3, [f64; 2], f64)| (kelvin - truth(*place)).abs();
     let wrong = all.iter().filter(|pixel| pixel.0.x.abs() > pixel.2 && off(pixel) > 1.0).count();
     let within = all.iter().filter(|pixel| off(pixel) <= 2.0 * pixel.1[1] + 0.05).count();
     (wrong, within as f64 / all.len() as f64)
@@ -77,4 +117,15 @@ fn the_edge_of_a_shadow_on_foil_lies_where_geometry_says_at_any_mesh() {
     }
     let (wrong, _) = wrong(&image("radiative", 0.5, "in_pixels = false\n", "gpu"));
     assert!(wrong > 30, "nodes alone put the edge into {wrong} pixels");
+}
+
+#[test]
+fn foil_before_a_warm_plate_has_sharp_shadows_too() {
+    let below = |place: DVec3| foil(if place.x < 0.0 { 0.0 } else { 1.0 }, share_of_tiles(place));
+    for device in ["cpu", "gpu"] {
+        let (wrong, within) = wrong_beside(&image_below_tiles("", device), below);
+        assert!(wrong == 0 && within > 0.9, "{device}: {wrong} pixels are wrong, {within} are within");
+    }
+    let (nodes, _) = wrong_beside(&image_below_tiles("in_pixels = false\n", "gpu"), below);
+    assert!(nodes > 30, "nodes alone put the edge into {nodes} pixels");
 }

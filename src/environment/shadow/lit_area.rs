@@ -18,15 +18,14 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::Redraw;
 use super::kept_light::{KeptLight, KeptSet, on_grid};
 use super::lit_corners::{CornerLight, FacingCorners, JointView};
 use super::lit_surface::{Cells, Group, LitNode, LitSurface};
 use super::outline::{Face, Region};
-use super::rays::Occluders;
 use super::redraw::sun_of;
 use super::sunlit::LitArea;
-use super::sunward::{Above, Caster, Hiding, Sunward, axes};
+use super::sunward::{Above, Hiding, Sunward, axes};
+use super::{JointTrees, Redraw};
 use crate::environment::StepLoad;
 use crate::trace::span;
 
@@ -170,17 +169,9 @@ impl LitAreas {
         self.light_open_node(index, self.in_plane[index], &views[self.cells.nodes[index].joint as usize], corners)
     }
 
-    /// The triangles that cast shadows, with the joints in these poses.
-    pub(crate) fn occluders(&self, poses: &[DAffine3]) -> Occluders {
-        let pose = |joint: u32| poses.get(joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
-        let casters = &self.surface.casters;
-        let placed = |caster: &Caster| {
-            let pose = pose(caster.joint);
-            caster.triangles().flatten().map(move |at| pose.transform_point3(at)).collect::<Vec<_>>()
-        };
-        let positions: Vec<DVec3> = casters.iter().flat_map(placed).collect();
-        let triangles: Vec<[u32; 3]> = (0..positions.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
-        Occluders::new(&positions, &triangles)
+    /// The triangles that cast shadows.
+    pub(crate) fn trees(&self) -> JointTrees {
+        JointTrees::new(&self.surface.casters)
     }
 
     /// Lit area of each node under a Sun (unit vector, body frame), with joints in these poses.

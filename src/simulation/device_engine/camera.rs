@@ -9,6 +9,7 @@ use crate::scene::{Camera, MotionBlur};
 use crate::simulation::distant::{DistantParts, told};
 use crate::simulation::engine::{ImageMoments, InstantPoses, Order};
 use crate::simulation::image::Image;
+use crate::simulation::pixel_light::PastLight;
 use crate::simulation::pose::draws_alike;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::viewpoint::{device_view, raster_view, rolling, rolling_sky, source_view};
@@ -66,11 +67,14 @@ impl DeviceCamera {
         }
     }
 
-    /// What light of their own adds to pixels. `None` where an image is not drawn pixel by pixel from one pose, at one instant.
-    pub(crate) fn changes(&self, order: &Order<'_>) -> Option<PixelChanges> {
-        let past =
-            order.past.filter(|_| self.draws_pixels() && order.moments.is_none() && self.crop(order).is_none())?;
-        past.changes(&raster_view(&self.camera, order.pose.as_ref()?), order.joints)
+    /// The past light that changes pixels. `None` where an image is not drawn pixel by pixel from one pose, at one instant.
+    pub(crate) fn past<'a>(&self, order: &Order<'a>) -> Option<&'a PastLight> {
+        order.past.filter(|_| self.draws_pixels() && order.moments.is_none() && self.crop(order).is_none())
+    }
+
+    /// What light of their own adds to pixels of nodes at these temperatures [K].
+    pub(crate) fn changes(&self, order: &Order<'_>, temperatures: &[f64]) -> Option<PixelChanges> {
+        self.past(order)?.changes(&raster_view(&self.camera, order.pose.as_ref()?), order.joints, temperatures)
     }
 
     /// Whether the camera's own image is drawn, not a finer one.

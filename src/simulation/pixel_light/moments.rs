@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::surface::{FoilNode, FoilSurface};
 use crate::environment::StepLoad;
 use crate::environment::load::solar_flux;
-use crate::environment::shadow::{LitArea, LitAreas, NodesInSun, Occluders};
+use crate::environment::shadow::{JointTrees, LitArea, LitAreas, NodesInSun};
 use crate::thermal::balance::{Incident, absorbed_flux};
 use crate::thermal::incident::incident;
 use crate::thermal::material::Material;
@@ -32,12 +32,17 @@ pub(super) struct NodeLight {
     pub(super) lit: u8,
 }
 
+/// Sun and joints of an interval.
+pub(super) struct SunRays {
+    sun: DVec3,
+    /// Poses of the joints, and their inverses.
+    poses: Vec<[DAffine3; 2]>,
+}
+
 /// The shadows of an interval.
 pub(super) struct Shadows {
     /// `None` in the dark.
-    sun: Option<DVec3>,
-    poses: Vec<DAffine3>,
-    occluders: Option<Arc<Occluders>>,
+    rays: Option<Arc<SunRays>>,
     /// Lit area of each node of foil, and the same if nothing hid the Sun. Empty in the dark.
     areas: Vec<[LitArea; 2]>,
     found_for: Vec<u64>,
@@ -51,7 +56,7 @@ pub(super) struct Moment {
     pub(super) nodes: Vec<NodeLight>,
     /// Fourth power of the temperature of space [K4].
     pub(super) space: f64,
-    shadows: Arc<Shadows>,
+    rays: Option<Arc<SunRays>>,
 }
 
 /// Bits of a load: Sun, planet, and poses.
@@ -62,19 +67,22 @@ fn bits(load: &StepLoad) -> Vec<u64> {
     sun.chain(nadir).chain(poses).map(f64::to_bits).collect()
 }
 
-/// The shadows of a load on nodes at these places among the nodes of the light.
-pub(super) fn shadows(
-    light: &LitAreas,
-    places: &[usize],
-    load: &StepLoad,
-    occluders: impl Fn(&[DAffine3]) -> Arc<Occluders>,
-) -> Arc<Shadows> {
-    let found_for = bits(load);
-    let Some(NodesInSun { sun, poses, lit, open }) = light.beside(load) else {
-        return Arc::new(Shadows { sun: None, poses: Vec::new(), occluders: None, areas: Vec::new(), found_for });
-    };
-    let areas = places.iter().map(|place| [lit[*place], open[*place]]).collect();
-    Arc::new(Shadows { sun: Some(sun), occluders: Some(occluders(&poses)), poses, areas, found_for })
+impl Shadows {
+    /// The shadows of a load on nodes at these places among the nodes of the light.
+    pub(super) fn new(light: &LitAreas, places: &[usize], load: &StepLoad) -> Self {
+        let found_for = bits(load);
+        let Some(NodesInSun { sun, poses, lit, open }) = light.beside(load) else {
+            return Self { rays: None, areas: Vec::new(), found_for };
+        };
+        let areas = places.iter().map(|place| [lit[*place], open[*place]]).collect();
+        let poses = poses.iter().map(|pose| [*pose, pose.inverse()]).collect();
+        Self { rays: Some(Arc::new(SunRays { sun, poses })), areas, found_for }
+    }
+
+    /// Whether they belong to a load.
+    pub(super) fn are_of(&self, load: &StepLoad) -> bool {
+        self.found_for == bits(load)
+    }
 }
 
 impl Moment {
@@ -83,21 +91,12 @@ impl Moment {
         times.into_iter().chain(bits(load)).chain(bits(whole)).collect()
     }
 
-    /// Whether its shadows belong to a load.
-    pub(super) fn has_shadows_of(&self, load: &StepLoad) -> bool {
-        self.shadows.found_for == bits(load)
-    }
-
-    pub(super) fn shadows(&self) -> Arc<Shadows> {
-        Arc::clone(&self.shadows)
-    }
-
     /// What foil absorbs under a load.
     pub(super) fn new(
         surface: &FoilSurface,
         materials: &[Material],
         load: &StepLoad,
-        shadows: Arc<Shadows>,
+        shadows: &Shadows,
         (key, length): (Vec<u64>, f64),
     ) -> Self {
         let light = |(number, node): (usize, &FoilNode)| {
@@ -125,18 +124,25 @@ impl Moment {
         let mut shown: Vec<f32> = nodes.iter().map(|node| node.shown).collect();
         surface.share(&mut shown);
         nodes.iter_mut().zip(shown).for_each(|(node, shown)| node.shown = shown);
-        Self { key, length, nodes, space: load.background_temperature.powi(4), shadows }
+        Self { key, length, nodes, space: load.background_temperature.powi(4), rays: shadows.rays.clone() }
     }
 
-    /// Whether a place of a joint (in its frame) sees the Sun from one of its sides. `side` is a unit normal there.
-    pub(super) fn sees_sun(&self, place: DVec3, joint: u32, side: DVec3, both_sides: bool) -> bool {
-        let Shadows { sun: Some(sun), poses, occluders: Some(occluders), .. } = &*self.shadows else { return false };
-        let pose = poses.get(joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
+    /// Whether a place of a joint (in its frame) sees the Sun past triangles from one of its sides. `side` is a unit normal there.
+    pub(super) fn sees_sun(
+        &self,
+        trees: &JointTrees,
+        (place, joint): (DVec3, u32),
+        side: DVec3,
+        both_sides: bool,
+    ) -> bool {
+        let Some(SunRays { sun, poses }) = self.rays.as_deref() else { return false };
+        let [pose, _] = poses.get(joint as usize).copied().unwrap_or([DAffine3::IDENTITY; 2]);
         let outward = pose.matrix3 * side;
         let cosine = outward.dot(*sun);
         if cosine == 0.0 || (cosine < 0.0 && !both_sides) {
             return false;
         }
-        !occluders.is_hidden(pose.transform_point3(place) + occluders.start * outward * cosine.signum(), *sun)
+        let start = pose.transform_point3(place) + trees.start * outward * cosine.signum();
+        !trees.hide(start, *sun, f64::INFINITY, |joint| poses.get(joint).map(|[_, frame]| frame))
     }
 }

@@ -7,9 +7,16 @@ use glam::DVec3;
 
 use super::moments::{Moment, NodeLight};
 use super::surface::{Foil, FoilSurface, FoilTriangle};
+use crate::environment::shadow::JointTrees;
 
 /// Moments between two that are alike, at most, without a ray of their own.
 const APART: usize = 4;
+/// Most trials of a flux that brings a node to its temperature.
+const TRIALS: usize = 6;
+/// Least change of what a node emits in the end, over a change of what it takes, by which a next trial is chosen.
+const LEAST_SLOPE: f64 = 0.1;
+/// Distance from its temperature at which it is there [K].
+const CLOSE: f64 = 1e-3;
 
 /// How the nodes began.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,6 +29,14 @@ pub(super) enum Beginning {
     Temperature(f64),
 }
 
+/// A node of a triangle after the past.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct NodeEnd {
+    kelvin: f64,
+    /// What it takes besides the light that is known [W/m2].
+    other: f64,
+}
+
 /// A value between corners with weights.
 pub(super) fn interpolate<T: Mul<f64, Output = T> + Add<Output = T>>(corners: [T; 3], [a, b, c]: [f64; 3]) -> T {
     let [first, second, third] = corners;
@@ -31,6 +46,7 @@ pub(super) fn interpolate<T: Mul<f64, Output = T> + Add<Output = T>>(corners: [T
 /// The places of a triangle.
 pub(super) struct Places<'a> {
     surface: &'a FoilSurface,
+    trees: &'a JointTrees,
     /// The oldest first.
     moments: &'a [Arc<Moment>],
     begins: Beginning,
@@ -44,31 +60,50 @@ pub(super) struct Places<'a> {
 impl<'a> Places<'a> {
     /// The places of a triangle that is lit as is known at each moment.
     pub(super) fn new(
-        surface: &'a FoilSurface,
+        (surface, trees): (&'a FoilSurface, &'a JointTrees),
         (moments, begins): (&'a [Arc<Moment>], Beginning),
         (triangle, known): (&'a FoilTriangle, &'a [Option<bool>]),
     ) -> Self {
-        let places = Self { surface, moments, begins, triangle, known, mean: 0.0 };
+        let places = Self { surface, trees, moments, begins, triangle, known, mean: 0.0 };
         Self { mean: places.mean(), ..places }
     }
 
-    /// Temperatures of the nodes by the light that each takes [K]. `None` where the triangle is no foil.
-    pub(super) fn of_nodes(&self) -> Option<[f64; 3]> {
+    /// The nodes by the light that each takes. With their temperatures [K] they take what else brings them there. `None` where the triangle is no foil.
+    pub(super) fn of_nodes(&self, temperatures: Option<&[f64]>) -> Option<[NodeEnd; 3]> {
         let foil = self.foil()?;
         Some(self.triangle.nodes.map(|node| {
             let shown = |moment: &Arc<Moment>| f64::from(moment.nodes[node].shown);
             let fluxes: Vec<f64> = self.moments.iter().map(shown).collect();
-            self.after_past(&foil, &fluxes)
+            let own = temperatures.map(|all| all[self.surface.nodes[node].slot as usize]);
+            self.node_at(&foil, &fluxes, own)
         }))
     }
 
-    /// How much warmer a place (in the frame of its joint) is than its nodes show, which have these temperatures [K].
-    pub(super) fn change(&self, place: DVec3, weights: [f64; 3], of_nodes: [f64; 3]) -> f64 {
+    /// A node that takes fluxes, and with a temperature [K] what else brings it there in the mean over the past. By secants.
+    fn node_at(&self, foil: &Foil, fluxes: &[f64], temperature: Option<f64>) -> NodeEnd {
+        let end = |other: f64| NodeEnd { kelvin: self.after_past(foil, fluxes, other), other };
+        let mut now = end(0.0);
+        let Some(own) = temperature else { return now };
+        let lacks = |of: &NodeEnd| (foil.faces + foil.below) * (own.powi(4) - of.kelvin.powi(4));
+        let mut step = lacks(&now);
+        for _ in 0..TRIALS {
+            if (now.kelvin - own).abs() < CLOSE || !step.is_finite() {
+                break;
+            }
+            let next = end(now.other + step);
+            let slope = (lacks(&now) - lacks(&next)) / step;
+            (now, step) = (next, lacks(&next) / slope.max(LEAST_SLOPE));
+        }
+        now
+    }
+
+    /// How much warmer a place (in the frame of its joint) is than its nodes show.
+    pub(super) fn change(&self, place: DVec3, weights: [f64; 3], of_nodes: [NodeEnd; 3]) -> f64 {
         let Some(foil) = self.foil() else { return 0.0 };
         let moments = self.moments;
         let lit = self.lit(|moment| {
             let FoilTriangle { normal, both_sides, .. } = self.triangle;
-            moments[moment].sees_sun(place, self.joint(), *normal, *both_sides)
+            moments[moment].sees_sun(self.trees, (place, self.joint()), *normal, *both_sides)
         });
         let mix = |moment: &Moment, value: fn(&NodeLight) -> f32| {
             interpolate(self.triangle.nodes.map(|node| f64::from(value(&moment.nodes[node]))), weights)
@@ -77,7 +112,8 @@ impl<'a> Places<'a> {
             mix(moment, |node| node.planet) + if *lit { mix(moment, |node| node.open) } else { 0.0 }
         };
         let fluxes: Vec<f64> = moments.iter().zip(&lit).map(absorbed).collect();
-        self.after_past(&foil, &fluxes) - interpolate(of_nodes, weights)
+        let between = |value: fn(&NodeEnd) -> f64| interpolate(of_nodes.map(|node| value(&node)), weights);
+        self.after_past(&foil, &fluxes, between(|node| node.other)) - between(|node| node.kelvin)
     }
 
     fn foil(&self) -> Option<Foil> {
@@ -99,20 +135,20 @@ impl<'a> Places<'a> {
         self.moments.iter().map(|moment| moment.length * shown(moment)).sum::<f64>() / length
     }
 
-    /// Temperature after the past under absorbed fluxes without space [K]. All places of a triangle began alike where nothing says how. The structure below a
+    /// Temperature after the past under absorbed fluxes without space, and another that was even [K]. All places of a triangle began alike where nothing says how. The structure below a
     /// blanket is slow: it has the temperature of balance with the mean flux, and gives back what it receives there.
-    fn after_past(&self, foil: &Foil, fluxes: &[f64]) -> f64 {
-        let mean = self.mean;
+    fn after_past(&self, foil: &Foil, fluxes: &[f64], other: f64) -> f64 {
+        let mean = self.mean + other;
         let space = |moment: usize| foil.faces * self.moments[moment].space;
         let given = foil.below * Foil { below: 0.0, ..*foil }.balance(mean + space(0)).powi(4);
         let start = match self.begins {
             Beginning::Temperature(kelvin) => kelvin,
-            Beginning::Balance => foil.balance(fluxes[0] + space(0) + given),
+            Beginning::Balance => foil.balance(fluxes[0] + other + space(0) + given),
             Beginning::Past => foil.balance(mean + space(0) + given),
         };
         let moments = self.moments.iter().enumerate().filter(|(_, moment)| moment.length > 0.0);
         moments.fold(start, |kelvin, (number, moment)| {
-            foil.after(kelvin, fluxes[number] + space(number) + given, moment.length)
+            foil.after(kelvin, fluxes[number] + other + space(number) + given, moment.length)
         })
     }
 

@@ -182,7 +182,7 @@ impl Drawing {
         match self.distance.as_ref().and_then(|distance| distance.crop(camera, pose, order.joints)) {
             None => {
                 let past = order.past.filter(|_| camera.lens.is_pinhole() && !is_fine && order.moments.is_none());
-                let changes = past.and_then(|past| past.changes(&view, order.joints));
+                let changes = past.and_then(|past| past.changes(&view, order.joints, temperatures));
                 self.draw(temperatures, order.joints, &view, around, (is_fine, changes))
             }
             Some(crop) => {
