@@ -193,13 +193,6 @@ impl StepLoads {
         }
     }
 
-    /// The load of a long step from the part of so many seconds in its middle. `None` where the light changes on the way: by an eclipse, or as the craft spins.
-    pub(crate) fn middle_load(&self, start: f64, end: f64, part: f64) -> Option<StepLoad> {
-        let changes = self.tumbles || self.sky.spin_period().is_some() || !self.sky.contacts(start, end).is_empty();
-        let from = start + 0.5 * (end - start - part);
-        (!changes).then(|| StepLoad { start, ..self.step_load(from, from + part) })
-    }
-
     /// The load of a step for a craft that tumbles. A convex surface of area A shows the mean area A/4 to every direction, so each of its places receives a
     /// quarter of what a plate that faces the source receives.
     fn mean_load(&self, start: f64, end: f64, middle: f64) -> StepLoad {

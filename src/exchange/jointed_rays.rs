@@ -17,10 +17,6 @@ use crate::trace::span;
 const MOST_JOINTS: usize = 64;
 /// Most memory for the places where rays meet the surface of their own joint [B].
 const MEMORY: usize = 128 << 20;
-/// Steps of a rounded direction in a unit.
-const STEPS: f32 = i16::MAX as f32;
-/// Growth of a ball, over the square of its distance, for rounded directions. They are off by at most 3e-5.
-const ROUNDED: f64 = 3e-4;
 /// Growth of the box around a joint, over its diagonal.
 const GROWTH: f64 = 1e-6;
 /// Share of a distance that is rounding.
@@ -53,16 +49,8 @@ pub(crate) struct JointedRays {
     rays: u32,
     /// Distance between a ray's start and its surface [m].
     start: f64,
-    /// What is known of the rays of all patches. `None` where this takes too much memory.
-    known: Option<KnownRays>,
-}
-
-/// Rays of all patches, in the frame of their own joint.
-#[derive(Debug)]
-struct KnownRays {
-    met: Vec<Met>,
-    /// Rounded directions, in [`STEPS`].
-    directions: Vec<[i16; 3]>,
+    /// Where the rays of all patches meet their own joint. `None` where this takes too much memory.
+    met: Option<Vec<Met>>,
 }
 
 /// A joint that may stand before a patch, and the way from the frame of the patch into its frame.
@@ -95,34 +83,27 @@ impl JointedRays {
         };
         let joints: Vec<Option<JointSurface>> = (0..count as u32).map(of_joint).collect();
         let start = joints.iter().flatten().map(|joint| joint.occluders.start).fold(0.0, f64::max);
-        let mut own = Self { joints, rays, start, known: None };
+        let mut own = Self { joints, rays, start, met: None };
         let all = patches.all.len() * rays as usize;
         if all * size_of::<Met>() <= MEMORY {
             let mut met = vec![Met { distance: f32::INFINITY, end: SPACE }; all];
-            let mut directions = vec![[0; 3]; all];
             let watch = Watch::begin();
-            let places = met.par_chunks_mut(rays as usize).zip(directions.par_chunks_mut(rays as usize));
-            places.enumerate().for_each(|(patch, places)| {
+            met.par_chunks_mut(rays as usize).enumerate().for_each(|(patch, met)| {
                 let of_patch = PatchRays::new(surface, patches, patch as u32);
-                for (ray, (met, direction)) in (0..rays).zip(places.0.iter_mut().zip(places.1)) {
-                    if watch.is_over() {
-                        return;
-                    }
+                for (ray, met) in (0..rays).zip(met).take_while(|_| !watch.is_over()) {
                     *met = own.meet(surface, patches, (&of_patch, patch), ray);
-                    *direction =
-                        of_patch.ray(ray, own.start)[1].to_array().map(|axis| (axis as f32 * STEPS).round() as i16);
                 }
             });
             watch.look();
-            own.known = Some(KnownRays { met, directions });
+            own.met = Some(met);
         }
         Some(own)
     }
 
     /// Where a ray of a patch with a number meets the surface of its own joint.
     fn meet(&self, surface: &PatchSurface, patches: &Patches, (rays, patch): (&PatchRays, usize), ray: u32) -> Met {
-        if let Some(known) = &self.known {
-            return known.met[self.place(patch, ray)];
+        if let Some(met) = &self.met {
+            return met[patch * self.rays as usize + ray as usize];
         }
         let nothing = Met { distance: f32::INFINITY, end: SPACE };
         let Some(own) = &self.joints[patches.all[patch].joint as usize] else { return nothing };
@@ -131,17 +112,6 @@ impl JointedRays {
             distance: (hit.distance as f32).next_up(),
             end: patch_at(surface, patches, own.numbers[hit.triangle], &hit),
         })
-    }
-
-    fn place(&self, patch: usize, ray: u32) -> usize {
-        patch * self.rays as usize + ray as usize
-    }
-
-    /// Whether a ray passes all balls by its rounded direction. Most rays do, and need not be made.
-    fn passes(&self, patch: usize, ray: u32, balls: &[([f32; 3], f32)]) -> bool {
-        let Some(known) = &self.known else { return balls.is_empty() };
-        let direction = known.directions[self.place(patch, ray)].map(|axis| f32::from(axis) * (1.0 / STEPS));
-        balls.iter().all(|(to, least)| to[0] * direction[0] + to[1] * direction[1] + to[2] * direction[2] < *least)
     }
 
     /// Where each ray of the patches ends, with joints in these poses.
@@ -159,12 +129,11 @@ impl JointedRays {
                 return;
             }
             let before = self.before(surface, patches, patch, &ways);
-            let balls = balls_from(&before, ball_around(surface, patches, patch));
             let of_patch = PatchRays::new(surface, patches, patch as u32);
             for (ray, end) in (0..self.rays).zip(ends) {
                 let met = self.meet(surface, patches, (&of_patch, patch), ray);
                 *end = met.end;
-                if !self.passes(patch, ray, &balls) {
+                if !before.is_empty() {
                     *end = first_end(surface, patches, &before, of_patch.ray(ray, self.start), met);
                 }
             }
@@ -207,29 +176,6 @@ impl JointedRays {
         });
         before.collect()
     }
-}
-
-/// Centre and radius [m] of a ball around a patch.
-fn ball_around(surface: &PatchSurface, patches: &Patches, patch: usize) -> (DVec3, f64) {
-    let corners = patches.corners[patches.all[patch].corners.clone()].iter();
-    let points: Vec<DVec3> = corners
-        .flat_map(|corner| surface.triangles[corner.corner as usize / 3].map(|node| surface.positions[node as usize]))
-        .collect();
-    let centre = points.iter().sum::<DVec3>() / points.len().max(1) as f64;
-    (centre, points.iter().map(|point| point.distance(centre)).fold(0.0, f64::max))
-}
-
-/// The balls around other joints, grown by a ball from which rays start: the way to each centre [m], and the distance along a ray [m] below which the centre is beside the ray and
-/// the ray passes.
-fn balls_from(before: &[Before<'_>], (centre, radius): (DVec3, f64)) -> Vec<([f32; 3], f32)> {
-    let grown = |Before { ball: (to, square), .. }: &Before<'_>| {
-        let to = *to - centre;
-        let distance = to.length_squared();
-        let outside = distance - (square.sqrt() + radius).powi(2) - ROUNDED * distance;
-        // A ray that may start inside passes in no direction.
-        (to.as_vec3().to_array(), if outside > 0.0 { outside.sqrt() as f32 } else { f32::NEG_INFINITY })
-    };
-    before.iter().map(grown).collect()
 }
 
 /// Where a ray ends that meets its own joint at `met`, with other joints before it.

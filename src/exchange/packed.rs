@@ -7,7 +7,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::factors::{Correction, Factors};
-use super::for_light::{LateLightAreas, LightAreas};
+use super::for_light::{LightAreas, late};
 use super::patches::Patch;
 use super::reflected::Areas;
 use super::sky::{open_parts, with_open_parts};
@@ -136,7 +136,7 @@ pub(crate) struct PackedExchange {
 impl PackedExchange {
     pub(crate) fn new(exchange: Exchange) -> Self {
         let Exchange { patches, nodes, of_node, factors, infrared, for_light, directions, bundles } = exchange;
-        let LightAreas { sunlight, sky } = &*for_light;
+        let LightAreas { sunlight, sky } = &**for_light;
         Self {
             patches,
             nodes,
@@ -179,7 +179,7 @@ impl PackedExchange {
                 inside: self.inside.clone(),
             },
             infrared: self.areas(0),
-            for_light: LateLightAreas::new(move || {
+            for_light: late(move || {
                 let open = |(place, word): (usize, &u32)| {
                     with_open_parts(*word, own.open[place / 2] >> (4 * (place % 2)) & 15)
                 };

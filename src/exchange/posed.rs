@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::directions::evenness;
 use super::factors::{Correction, Factors};
-use super::for_light::{LateLightAreas, LightAreas};
+use super::for_light::{LightAreas, late};
 use super::reflected::Areas;
 use super::sky::mean_sky;
 use super::sparse::Sparse;
@@ -27,9 +27,9 @@ impl Exchange {
     /// The exchange at a share of the way to another pose of the same craft, without view factors between patches: no step asks for them.
     pub(crate) fn at(&self, other: &Self, share: f64) -> Self {
         let emissivities: Vec<f64> = self.patches.iter().map(|patch| patch.optics.emissivity).collect();
-        let ends = [&self.for_light, &other.for_light].map(LateLightAreas::clone);
+        let ends = [&self.for_light, &other.for_light].map(Arc::clone);
         let (patches, areas) = (Arc::clone(&self.patches), self.factors.areas.clone());
-        let for_light = LateLightAreas::new(move || {
+        let for_light = late(move || {
             let absorptivities: Vec<f64> = patches.iter().map(|patch| patch.optics.absorptivity).collect();
             let [from, to] = &ends;
             LightAreas {

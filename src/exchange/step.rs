@@ -17,7 +17,7 @@ use super::balance_sides::sides_of;
 use super::bundles::SkyBundles;
 use super::cast::Scenery;
 use super::factors::Factors;
-use super::for_light::{LateLightAreas, LightAreas};
+use super::for_light::{LateLightAreas, LightAreas, late};
 use super::mirrors::Mirrored;
 use super::patches::{NONE, Patch, PatchSurface, Patches};
 use super::reflected::{Areas, exchange_areas};
@@ -123,7 +123,7 @@ pub struct Exchange {
 
 impl Exchange {
     /// The exchange of patches whose rays end at `ends`, with the directions of the rays in the frame of the patch's joint.
-    pub fn new(surface: &PatchSurface, patches: &Patches, ends: &[u32], settings: &ExchangeSettings) -> Self {
+    pub(crate) fn new(surface: &PatchSurface, patches: &Patches, ends: &[u32], settings: &ExchangeSettings) -> Self {
         Self::of_bundles(&SkyBundles::new(surface, patches, settings.rays), patches, ends, settings)
     }
 
@@ -139,7 +139,7 @@ impl Exchange {
         let [infrared, sunlight] = reflections(&factors, patches, settings.bounces, None);
         Self {
             bundles: bundles.of_patch(),
-            for_light: LateLightAreas::new({
+            for_light: late({
                 let sky = bundles.opened(ends);
                 || LightAreas { sunlight, sky }
             }),
@@ -156,7 +156,7 @@ impl Exchange {
     pub(crate) fn with_optics(&self, patches: &Patches, bounces: Option<u32>) -> Self {
         let [infrared, sunlight] = reflections(&self.factors, patches, bounces, Some(self));
         let sky = self.for_light.sky.clone();
-        let for_light = LateLightAreas::new(|| LightAreas { sunlight, sky });
+        let for_light = late(|| LightAreas { sunlight, sky });
         Self { patches: Arc::clone(&patches.all), infrared, for_light, ..self.clone() }
     }
 

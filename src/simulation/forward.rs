@@ -11,7 +11,6 @@ use super::check::Check;
 use super::engine::{Engine, EngineError, EngineStep};
 use super::parts::Passing;
 use super::prepare::Prepared;
-use crate::environment::StepLoad;
 use crate::gpu::layout::FUSED_STEPS;
 use crate::stop::whole;
 use crate::trace::span;
@@ -39,7 +38,7 @@ pub(crate) fn forward(
         let batch: Vec<Passing> = passing.by_ref().take(at_once).collect();
         let parts: Vec<Passing> = batch.iter().flat_map(|one| one.parts(&prepared.loads)).collect();
         let finds = span("finding the loads");
-        let loads: Vec<_> = parts.par_iter().map(|one| load_of(prepared, one)).collect();
+        let loads: Vec<_> = parts.par_iter().map(|one| prepared.loads.step_load(one.start, one.end)).collect();
         drop(finds);
         let under_load: Vec<EngineStep<'_>> = parts
             .iter()
@@ -58,14 +57,4 @@ pub(crate) fn forward(
     }
     engine.wait()?;
     Ok(true)
-}
-
-/// The load of a step. A coarse step of a warm-up has the load of the step in its middle, so that later orbits come back to its light and its poses.
-fn load_of(prepared: &Prepared, one: &Passing) -> StepLoad {
-    let time = &prepared.scene.time;
-    let count = one.steps * time.step / time.warm_up_step;
-    let has_middle =
-        one.start < 0.0 && count > 2.0 && (count - count.round()).abs() < 1e-6 && count.round() % 2.0 == 1.0;
-    let middle = || prepared.loads.middle_load(one.start, one.end, time.warm_up_step);
-    has_middle.then(middle).flatten().unwrap_or_else(|| prepared.loads.step_load(one.start, one.end))
 }

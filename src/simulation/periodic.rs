@@ -18,8 +18,8 @@ use crate::thermal::network::periodic::{Coupling, SlowModes};
 use crate::thermal::network::radiative_slope;
 use crate::trace::{span, span_with};
 
-/// Steps of the run in a coarse step: an odd number, so that one lies in its middle.
-const COARSE_STEPS: f64 = 5.0;
+/// Steps of the run in a coarse step.
+const COARSE_STEPS: f64 = 6.0;
 /// Steps at the end of a coarse orbit that are not coarse, so that fast nodes end it as in a fine orbit.
 const LAST_STEPS: f64 = 30.0;
 /// Coarse orbits end where an orbit changes no node by more [K]. Coarse steps miss the state of fine ones by some kelvins, so more coarse orbits gain nothing.

@@ -277,7 +277,7 @@ fn a_packed_exchange_loses_nothing_and_takes_half_of_the_memory() {
     let packed = Arc::new(PackedExchange::new(exchange.clone()));
     let again = packed.unpack();
     assert!(again.factors == exchange.factors);
-    assert!(again.infrared == exchange.infrared && *again.for_light == *exchange.for_light);
+    assert!(again.infrared == exchange.infrared && **again.for_light == **exchange.for_light);
     let (packed, whole) = (packed.bytes(), rows(&exchange));
     println!("{packed} of {whole} B");
     assert!(2 * packed < whole, "{packed} of {whole} B");
