@@ -100,7 +100,7 @@ pub(crate) struct PackedExchange {
     nodes: Arc<Vec<(u32, f64)>>,
     of_node: Arc<Vec<[u32; 2]>>,
     /// View factors, exchange areas of infrared and of sunlight.
-    rows: [HalfRows; 3],
+    rows: Arc<[HalfRows; 3]>,
     /// What each of the three gives to space [m2].
     space: [Vec<f64>; 3],
     returned: [f64; 2],
@@ -120,7 +120,7 @@ impl PackedExchange {
             patches,
             nodes,
             of_node,
-            rows: [&factors.shared, &infrared.between, &sunlight.between].map(HalfRows::new),
+            rows: Arc::new([&factors.shared, &infrared.between, &sunlight.between].map(HalfRows::new)),
             space: [factors.space, infrared.space, sunlight.space],
             returned: [infrared.returned, sunlight.returned],
             inside: factors.inside,
@@ -144,7 +144,7 @@ impl PackedExchange {
 
     /// The same without view factors between patches: no step asks for them.
     pub(crate) fn unpack_rows(&self) -> Exchange {
-        let [_, infrared, sunlight] = &self.rows;
+        let [_, infrared, sunlight] = &*self.rows;
         let (infrared, sunlight) = both(|| infrared.whole(), || sunlight.whole());
         let [space, infrared_space, sunlight_space] = self.space.clone();
         let open =
@@ -168,6 +168,11 @@ impl PackedExchange {
             directions: Arc::clone(&self.directions),
             bundles: self.bundles,
         }
+    }
+
+    /// The same exchange of patches that store another heat.
+    pub(crate) fn with_patches(&self, patches: &Arc<Vec<Patch>>) -> Self {
+        Self { patches: Arc::clone(patches), ..self.clone() }
     }
 
     /// Memory, without what every pose shares [B].
