@@ -28,16 +28,19 @@ mod bench;
 mod cli;
 mod compare;
 mod converge;
+#[cfg(feature = "datasets")]
 mod dataset;
 mod environment;
 mod exchange;
 mod files;
 mod fit;
 mod gpu;
+#[cfg(feature = "programs")]
 mod guard;
 mod host;
 #[cfg(feature = "programs")]
 pub mod internals;
+#[cfg(feature = "datasets")]
 mod labels;
 mod lens;
 mod model;
@@ -60,6 +63,7 @@ mod view;
 
 #[cfg(feature = "programs")]
 pub use cli::main;
+#[cfg(feature = "datasets")]
 pub use dataset::error::DatasetError;
 pub use environment::Sky;
 pub use environment::placements::PlaceError;

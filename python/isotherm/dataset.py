@@ -22,6 +22,11 @@ from typing import Any
 from . import _native
 from ._errors import IsothermError
 
+if not hasattr(_native, "make_dataset"):
+    raise ImportError(
+        "this package was built without data sets: pip install ./python -C build-args='--features datasets', or `isotherm dataset`"
+    )
+
 # A list of checksums is written last, so it says that its orbit is whole.
 _CHECKSUMS = "checksums.sha256"
 _OF_ORBIT = ("orbit.json", _CHECKSUMS)

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use isotherm::package::{Begin, DatasetOrder, DatasetSummary, HAS_INDEX, SceneText, Shard, Spec, make};
+use isotherm::package::{Begin, DatasetOrder, DatasetSummary, SceneText, Shard, Spec, make};
 use isotherm::{DatasetError, Reach, SimulationError, Target};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -40,10 +40,6 @@ pub fn make_dataset<'py>(
     allow_outside: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
     refuse_child(py)?;
-    if !HAS_INDEX {
-        let message = "this package was built without data sets: pip install ./python -C build-args='--features datasets', or `isotherm dataset`";
-        return Err(refused(py, message.to_owned()));
-    }
     if shard >= shards {
         return Err(refused(py, format!("shard {shard} of {shards}: shards count from 0")));
     }

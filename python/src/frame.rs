@@ -46,6 +46,15 @@ pub struct Frame {
     /// One standard deviation of the temperature's error [K], float32. None where the scene does not ask for it (output.error).
     #[pyo3(get)]
     error: Option<Py<PyArray2<f32>>>,
+    /// One standard deviation of the temperature by the ranges of parameters [K], float32. None before Simulation.find_sigma.
+    #[pyo3(get, name = "T_sigma")]
+    sigma: Option<Py<PyArray2<f32>>>,
+    /// Index in causes of the parameter that adds most to T_sigma plus 1, uint32. 0 where none does.
+    #[pyo3(get)]
+    cause: Option<Py<PyArray2<u32>>>,
+    /// Names of these parameters.
+    #[pyo3(get)]
+    causes: Vec<String>,
     /// Gain of the surface by each cause [W/m2]: float32 arrays by the names of the channels, Q_sun to Q_emitted. None where the scene does not ask for it (output.budget).
     #[pyo3(get)]
     budget: Option<Py<PyDict>>,
@@ -100,6 +109,7 @@ impl Frame {
             }
         }
         let ratio = image.bands.ratio;
+        let (sigma, cause) = (image.sigma.temperature, image.sigma.cause);
         let ratio =
             ratio.map(|ratio| Ok::<_, PyErr>((plane(py, ratio.temperature, shape)?, plane(py, ratio.error, shape)?)));
         Ok(Self {
@@ -115,6 +125,9 @@ impl Frame {
             coverage: optional(image.coverage)?,
             reflected: optional(image.reflected)?,
             error: optional(image.error)?,
+            sigma: optional(sigma)?,
+            cause: if cause.is_empty() { None } else { Some(plane(py, cause, shape)?) },
+            causes: image.sigma.causes.to_vec(),
             budget: budget(py, &image.budget, shape)?,
             dn: numbers(image.digital_numbers)?,
             counts: numbers(image.counts)?,
@@ -146,6 +159,9 @@ impl Frame {
             coverage: item("coverage")?.extract()?,
             reflected: item("reflected")?.extract()?,
             error: item("error")?.extract()?,
+            sigma: item("T_sigma")?.extract()?,
+            cause: item("cause")?.extract()?,
+            causes: item("causes")?.extract()?,
             budget: item("budget")?.extract()?,
             dn: item("dn")?.extract()?,
             counts: item("counts")?.extract()?,
@@ -167,9 +183,16 @@ impl Frame {
         }
         state.set_item("part", &self.part)?;
         state.set_item("material", &self.material)?;
-        for (name, plane) in [("coverage", &self.coverage), ("reflected", &self.reflected), ("error", &self.error)] {
+        for (name, plane) in [
+            ("coverage", &self.coverage),
+            ("reflected", &self.reflected),
+            ("error", &self.error),
+            ("T_sigma", &self.sigma),
+        ] {
             state.set_item(name, plane.as_ref())?;
         }
+        state.set_item("cause", self.cause.as_ref())?;
+        state.set_item("causes", &self.causes)?;
         state.set_item("budget", self.budget.as_ref())?;
         state.set_item("dn", self.dn.as_ref())?;
         state.set_item("counts", self.counts.as_ref())?;

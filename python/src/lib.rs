@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 
 mod camera;
+#[cfg(feature = "datasets")]
 mod dataset;
 mod device;
 mod error;
@@ -22,6 +23,7 @@ mod _native {
 
     #[pymodule_export]
     use super::camera::Camera;
+    #[cfg(feature = "datasets")]
     #[pymodule_export]
     use super::dataset::{dataset_orbits, make_dataset};
     #[pymodule_export]

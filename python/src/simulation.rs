@@ -1,13 +1,13 @@
 //! A simulation: steps, images, places and states.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use glam::DVec3;
-use isotherm::package::{ThermalState, decode, encode};
-use isotherm::{CameraFrame, Placement, Pose, Reach, SimulationError};
+use isotherm::package::{ThermalState, decode, encode, find_image_sigma};
+use isotherm::{CameraFrame, Image, Placement, Pose, Reach, SimulationError};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
@@ -24,6 +24,9 @@ use crate::sky::Sky;
 
 const FRAMES: [(&str, CameraFrame); 3] =
     [("body", CameraFrame::Body), ("orbit", CameraFrame::Orbit), ("inertial", CameraFrame::Inertial)];
+
+/// Draws the uncertainty into an image.
+type DrawSigma = dyn Fn(&isotherm::Simulation, &mut Image) + Send + Sync;
 
 /// Temperatures of a part [K].
 #[pyclass(frozen, get_all, module = "isotherm")]
@@ -50,6 +53,8 @@ impl PartTemperature {
 pub struct Simulation {
     /// `None` once it is closed.
     inner: Held<Option<isotherm::Simulation>>,
+    /// The uncertainty of the run, once it is asked for.
+    sigma: Mutex<Option<Arc<DrawSigma>>>,
     name: String,
     /// Names of the parts. A pixel of part ``n`` shows ``parts[n - 1]``.
     #[pyo3(get)]
@@ -150,6 +155,7 @@ impl Simulation {
             warnings: prepared.warnings.clone(),
             device: inner.device_name(),
             inner: Held::new(Some(inner)),
+            sigma: Mutex::new(None),
         }
     }
 }
@@ -249,6 +255,18 @@ impl Simulation {
         self.through(py, |simulation, stop, look| simulation.step_to_with(time, stop, look))
     }
 
+    /// Finds how uncertain the temperatures of the run are by the ranges of ``[uncertainty]``, with two runs for each parameter. Images of the run have
+    /// ``T_sigma`` and ``cause`` from then on, while the craft is on the orbit of its scene.
+    fn find_sigma(&self, py: Python<'_>) -> PyResult<()> {
+        let found = self.with_long(py, |simulation, stop| {
+            let time = &simulation.prepared().scene.time;
+            Ok(find_image_sigma(simulation, f64::from(time.steps) * time.step, stop))
+        })?;
+        let found = found.map_err(|error| refused(py, error))?;
+        *self.sigma.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::from(found));
+        Ok(())
+    }
+
     /// What a camera sees at the present time.
     ///
     /// Without arguments it is the camera of the scene, in its own pose. ``position`` [m] needs ``quaternion`` (w, x, y, z; rotates camera axes into the frame)
@@ -296,8 +314,10 @@ impl Simulation {
             _ => return Err(refused(py, "the scene has no camera: give camera= and a pose".to_owned())),
         };
         self.begin(py)?;
+        let sigma = self.sigma.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let (image, names) = self.with_long(py, |simulation, _| {
-            let image = simulation.image(&camera, &pose)?;
+            let mut image = simulation.image(&camera, &pose)?;
+            sigma.iter().for_each(|sigma| sigma(simulation, &mut image));
             let bands = &simulation.prepared().scene.bands;
             Ok::<_, SimulationError>((image, bands.iter().map(|band| band.name.clone()).collect::<Vec<_>>()))
         })?;

@@ -88,6 +88,24 @@ def test_a_frame_is_not_changed(scene: Path, name: str) -> None:
         setattr(isotherm.Simulation(scene).image(), name, None)
 
 
+def test_uncertainty_is_that_of_a_run(scenes: Scenes, tmp_path: Path) -> None:
+    asks = '\n[uncertainty]\n[[uncertainty.parameter]]\nvary = "solar_constant"\npercent = 4\n'
+    path = scenes.write(("steps = 556", "steps = 20"), more=asks)
+    program("run", path, "-o", tmp_path / "out", "--device", "cpu")
+    with isotherm.Simulation(path, device="cpu") as simulation:
+        assert simulation.image().T_sigma is None
+        simulation.find_sigma()
+        simulation.step_to(200)
+        frame = simulation.image()
+        stored = exr(tmp_path / "out" / "frames" / "step_000020.exr")["T_sigma"]
+        assert frame.T_sigma is not None and frame.cause is not None and frame.cause.dtype == np.uint32
+        off = np.abs(frame.T_sigma - stored).max()
+        assert off < 0.01 * stored.max() < np.abs(1.1 * frame.T_sigma - stored).max()
+        assert "solar_constant" in frame.causes and frame.cause.max() <= len(frame.causes)
+        simulation.step_to(210)
+        assert simulation.image().T_sigma is None, "the run ends at 200 s"
+
+
 def test_errors_are_those_of_a_run(scenes: Scenes, tmp_path: Path) -> None:
     path = scenes.write(("steps = 556", "steps = 20"), more="\n[shadows]\n[output]\nerror = true\n")
     program("run", path, "-o", tmp_path / "out")

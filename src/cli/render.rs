@@ -184,8 +184,8 @@ fn render_one(arguments: &Arguments, time: f64) -> Result<(), CliError> {
     let prepared = simulation.prepared();
     let step = (time / prepared.scene.time.step + 1e-9) as u32;
     let maker = FrameMaker::new(prepared, &simulation.device_name());
-    let mut header = maker.header(&image, step, None)?;
-    sigma.inspect(|sigma| sigma.add_only_to(&mut image, &mut header));
+    let header = maker.header(&image, step, None)?;
+    sigma.inspect(|sigma| sigma.add_only_to(&mut image));
     output.write_bytes(&encode(&image, &header)?)?;
     let sensed = sensed_scenes(&prepared.scene);
     for files in SensorFiles::all(&sensed) {

@@ -16,13 +16,13 @@ use crate::output::folder::Folder;
 use crate::scene::read_parameters;
 use crate::sensitivity::SensitivityError;
 use crate::sensitivity::files::{FILES, summary, write};
-use crate::sensitivity::search::{Search, check, settle};
+use crate::sensitivity::search::{Search, check, draw_kept, settle};
 
 /// Find how temperatures depend on parameters, by differences of whole runs from their own periodic states.
 ///
 /// Each [[parameter]] of the file says which value is varied: absorptivity, emissivity, thickness, capacity or conductivity of materials, the effective emittance
-/// of a blanket, a contact, a heater, the solar constant, the albedo or the planet's infrared; and the range in which the value is known. Each takes three runs:
-/// up and down by its step, and up by twice its step, which tells the error. Runs share what a parameter does not touch: geometry, light, rays and view factors.
+/// of a blanket, a contact, a heater, the solar constant, the albedo or the planet's infrared; and the range in which the value is known. Each takes two runs:
+/// up and down by its step. Runs share what a parameter does not touch: geometry, light, rays and view factors.
 ///
 /// Writes sensitivity.csv (parts and probes over time), effects.csv (the largest effect over each range, in kelvin), tornado.svg, and for each drawn image an EXR
 /// with a channel for each parameter. The table of effects is printed too.
@@ -50,9 +50,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(assumption) = settle(&mut scene) {
         say!("assumed: {assumption}");
     }
-    let prepared = prepare_scene(scene)?;
+    let mut prepared = prepare_scene(scene)?;
     let values = check(&parameters, &prepared)?;
     let kept = kept_images(&prepared.scene, 2 * parameters.len());
+    let kept = draw_kept(&mut prepared.scene, kept);
     let inputs: Vec<PathBuf> = prepared.scene.files.iter().chain([&arguments.parameters]).cloned().collect();
     let folder = Folder::new(&arguments.folder.output, &FILES);
     folder.keep_inputs(&inputs)?;

@@ -45,6 +45,9 @@ pub enum DatasetError {
     /// A step or an image failed.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
+    /// The runs of the uncertainty failed.
+    #[error("{0}")]
+    Uncertainty(String),
     /// A file can not be written or read.
     #[error(transparent)]
     Output(#[from] OutputError),

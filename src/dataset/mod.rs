@@ -9,10 +9,6 @@ mod corner;
 pub(crate) mod distribution;
 mod distribution_reader;
 pub(crate) mod error;
-#[cfg(feature = "datasets")]
-pub(crate) mod index;
-#[cfg(not(feature = "datasets"))]
-#[path = "no_index.rs"]
 pub(crate) mod index;
 pub(crate) mod life;
 pub(crate) mod make;

@@ -21,6 +21,7 @@ use crate::labels::key_points::{CHOSEN, check_names, chosen, given};
 use crate::labels::label_target::targets;
 use crate::labels::symmetry::{self, symmetries};
 use crate::scene::Scene;
+use crate::sensitivity::node_sigma::find_image_sigma;
 use crate::simulation::facade::Simulation;
 use crate::simulation::image::Image;
 use crate::simulation::target::Target;
@@ -140,7 +141,17 @@ impl<'a> OrbitRun<'a> {
         take: &mut Take,
     ) -> Result<OrbitOutcome, DatasetError> {
         let mut outcome = OrbitOutcome::default();
-        for (time, image, rejected) in self.times()? {
+        let times = self.times()?;
+        let sigma = match (times.last(), &self.simulation.prepared().scene.uncertainty) {
+            (Some((until, ..)), Some(_)) => Some(find_image_sigma(&self.simulation, *until, stop)),
+            _ => None,
+        };
+        if stop.load(Ordering::Relaxed) {
+            outcome.stopped = true;
+            return Ok(outcome);
+        }
+        let sigma = sigma.transpose().map_err(DatasetError::Uncertainty)?;
+        for (time, image, rejected) in times {
             if rejected > 0 {
                 *outcome.rejections.entry(Reason::Light).or_default() += u64::from(rejected);
             }
@@ -150,7 +161,10 @@ impl<'a> OrbitRun<'a> {
             }
             if wanted(image) {
                 let drawn = self.take_sensor(image)?;
-                let taken = self.image(image, time, &mut outcome.rejections)?;
+                let mut taken = self.image(image, time, &mut outcome.rejections)?;
+                if let Some(sigma) = &sigma {
+                    sigma(&self.simulation, &mut taken);
+                }
                 let labelled = labelled(self.place(image, &drawn), self.simulation.prepared(), taken.clone());
                 take(&self.craft, &self.simulation, taken, labelled)?;
             }
@@ -269,9 +283,9 @@ fn check(spec: &Spec, scene: &Scene) -> Result<(), DatasetError> {
             "the scene asks for budgets (output.budget), which only images of radiance have: add \"radiance\" to images, or leave output.budget out",
         );
     }
-    if scene.uncertainty.is_some() {
+    if scene.uncertainty.is_some() && !spec.images.contains(&super::spec::ImageKind::Radiance) {
         return wrong(
-            "the scene asks for its uncertainty ([uncertainty]), which takes two runs for each parameter and no data set has: leave the section out, or use isotherm render --poses",
+            "the scene asks for T_sigma ([uncertainty]), which only images of radiance have: add \"radiance\" to images, or leave [uncertainty] out",
         );
     }
     if spec.cameras.iter().any(CameraRule::is_on_path) && !matches!(camera.motion, crate::scene::Motion::Path(_)) {

@@ -14,6 +14,7 @@ use super::sky::{open_parts, with_open_parts};
 use super::sparse::Sparse;
 use super::step::Exchange;
 use crate::stop::both;
+use crate::trace::span;
 
 /// The entries of a symmetric matrix on and above its diagonal. A column fits 16 bits ([`super::step::MOST_PATCHES`]).
 #[derive(Debug, Clone, Default)]
@@ -120,7 +121,7 @@ pub(crate) struct PackedExchange {
     nodes: Arc<Vec<(u32, f64)>>,
     of_node: Arc<Vec<[u32; 2]>>,
     /// View factors, exchange areas of infrared and of sunlight.
-    rows: [HalfRows; 3],
+    rows: Arc<[HalfRows; 3]>,
     /// What each of the three gives to space [m2].
     space: [Vec<f64>; 3],
     returned: [f64; 2],
@@ -135,13 +136,14 @@ pub(crate) struct PackedExchange {
 
 impl PackedExchange {
     pub(crate) fn new(exchange: Exchange) -> Self {
+        let _packs = span("packing the exchange");
         let Exchange { patches, nodes, of_node, factors, infrared, for_light, directions, bundles } = exchange;
         let LightAreas { sunlight, sky } = &**for_light;
         Self {
             patches,
             nodes,
             of_node,
-            rows: [&factors.shared, &infrared.between, &sunlight.between].map(HalfRows::new),
+            rows: Arc::new([&factors.shared, &infrared.between, &sunlight.between].map(HalfRows::new)),
             space: [factors.space, infrared.space, sunlight.space.clone()],
             returned: [infrared.returned, sunlight.returned],
             inside: factors.inside,
@@ -194,6 +196,11 @@ impl PackedExchange {
     fn areas(&self, kind: usize) -> Areas {
         let (between, space) = (self.rows[1 + kind].whole(), self.space[1 + kind].clone());
         Areas { between, space, returned: self.returned[kind] }
+    }
+
+    /// The same exchange of patches that store another heat.
+    pub(crate) fn with_patches(&self, patches: &Arc<Vec<Patch>>) -> Self {
+        Self { patches: Arc::clone(patches), ..self.clone() }
     }
 
     /// Memory, without what every pose shares [B].

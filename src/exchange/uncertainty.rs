@@ -19,7 +19,7 @@ use super::step::Exchange;
 
 /// Standard deviations of the flux that a patch absorbs from others [W/m2].
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
-pub struct FluxUncertainty {
+pub(crate) struct FluxUncertainty {
     /// By the noise of rays.
     pub rays: f64,
     /// By the size of patches.
@@ -30,7 +30,7 @@ pub struct FluxUncertainty {
 
 impl FluxUncertainty {
     /// All causes together [W/m2].
-    pub fn all(&self) -> f64 {
+    pub(crate) fn all(&self) -> f64 {
         self.rays.hypot(self.size).hypot(self.held)
     }
 }
@@ -48,7 +48,7 @@ const FLAT: f64 = 1e-2;
 
 /// Extents of patches, and their neighbours.
 #[derive(Debug, Clone, Default)]
-pub struct PatchSizes {
+pub(crate) struct PatchSizes {
     patches: Vec<PatchSize>,
 }
 
@@ -63,7 +63,7 @@ struct PatchSize {
 
 impl PatchSizes {
     /// The patches of a surface, in the file's pose.
-    pub fn new(surface: &PatchSurface, patches: &Patches) -> Self {
+    pub(crate) fn new(surface: &PatchSurface, patches: &Patches) -> Self {
         let mut sides: BTreeMap<_, Vec<u32>> = BTreeMap::new();
         let key =
             |patch: &super::patches::Patch| (patch.joint, patch.part, patch.back, patch.buried, bin(patch.normal));
@@ -96,7 +96,7 @@ impl PatchSizes {
     }
 
     /// Uncertainty of the flux on the nodes of each patch [W/m2], where patches absorb these fluxes [W/m2].
-    pub fn flux(&self, absorbed: &[f64]) -> Vec<f64> {
+    pub(crate) fn flux(&self, absorbed: &[f64]) -> Vec<f64> {
         let of = |(number, size): (usize, &PatchSize)| {
             let apart = |(other, weight): &(u32, DVec3)| *weight * (absorbed[*other as usize] - absorbed[number]);
             let gradient: DVec3 = size.neighbours.iter().map(apart).sum();
@@ -108,7 +108,7 @@ impl PatchSizes {
 
 impl Exchange {
     /// Uncertainty of the flux that each patch absorbs [W/m2], with its errors ([`Exchange::errors`]). `held` is the excess by what is held [W/m2], where it is known.
-    pub fn uncertainty(
+    pub(crate) fn uncertainty(
         &self,
         errors: &[FluxError],
         absorbed: &[f64],

@@ -3,7 +3,7 @@
 //! Channels: `L` (float, band radiance), `T` (float, temperature), `Z` (float, distance along the camera's +Z), `part`
 //! and `material` (uint); with several samples of a pixel also `coverage` (float); with `output.channels` also `emitted` and `reflected` (float, the two parts
 //! of `L`); with `output.error` also `T_error` (float, one standard deviation of the error of `T`); with `output.budget` also `Q_sun` to `Q_emitted`
-//! (float, the budget of the surface); with `[uncertainty]` also `T_sigma`, `L_sigma` (float) and `cause` (uint, index into `isotherm_causes`); with `[[band]]` also `NAME.L` for each
+//! (float, the budget of the surface); with `[uncertainty]` also `T_sigma`, `L_sigma` (float, not in a data set) and `cause` (uint, index into `isotherm_causes`); with `[[band]]` also `NAME.L` for each
 //! band (float, radiance in it); with `output.ratio` also `T_ratio` and `T_ratio_error`. The header states units in `emissiveUnits`
 //! `isotherm_units_*`. The string vectors `isotherm_parts` and `isotherm_materials` are indexed by the pixel value. All
 //! types are OpenEXR's own (`v2d`, `v3d`, `m44d`, `stringvector`), so any reader shows them.
@@ -85,7 +85,9 @@ pub(crate) fn encode_with(
     let sigma = &frame.sigma;
     if !sigma.cause.is_empty() {
         channels.push(AnyChannel::new(SIGMA[0], FlatSamples::F32(sigma.temperature.clone())));
-        channels.push(AnyChannel::new(SIGMA[1], FlatSamples::F32(sigma.radiance.clone())));
+        if !sigma.radiance.is_empty() {
+            channels.push(AnyChannel::new(SIGMA[1], FlatSamples::F32(sigma.radiance.clone())));
+        }
         channels.push(AnyChannel::new(CAUSE, FlatSamples::U32(sigma.cause.clone())));
     }
     for ((name, _), band) in header.bands.iter().zip(&frame.bands.images) {
@@ -148,6 +150,7 @@ pub fn decode_exr(bytes: &[u8], path: &Path) -> Result<(Image, FrameHeader), Out
     let has = |name: &str| channels.iter().any(|channel| channel.name.as_slice() == name.as_bytes());
     let (has_coverage, has_reflected, has_error) = (has("coverage"), has("reflected"), has(ERROR));
     let (has_budget, has_sigma, has_ratio) = (has(CHANNELS[0]), has(CAUSE), has(TEMPERATURE));
+    let has_radiance_sigma = has(SIGMA[1]);
     let mut take = |name: &str| {
         let place = channels.iter().position(|channel| channel.name.as_slice() == name.as_bytes());
         place
@@ -169,8 +172,8 @@ pub fn decode_exr(bytes: &[u8], path: &Path) -> Result<(Image, FrameHeader), Out
             budget.iter_mut().zip(float(name)?).for_each(|(budget, gain)| budget[cause] = gain);
         }
     }
-    let [sigma_temperature, sigma_radiance] =
-        if has_sigma { [float(SIGMA[0])?, float(SIGMA[1])?] } else { Default::default() };
+    let temperature_sigma = if has_sigma { float(SIGMA[0])? } else { Vec::new() };
+    let radiance_sigma = if has_radiance_sigma { float(SIGMA[1])? } else { Vec::new() };
     let header = attributes.header()?;
     let mut bands = BandImages::default();
     for (name, _) in &header.bands {
@@ -185,7 +188,8 @@ pub fn decode_exr(bytes: &[u8], path: &Path) -> Result<(Image, FrameHeader), Out
     };
     let (part, material) = (label("part")?, label("material")?);
     let cause = if has_sigma { label(CAUSE)? } else { Vec::new() };
-    let sigma = ImageSigma { temperature: sigma_temperature, radiance: sigma_radiance, cause };
+    let causes = attributes.causes()?.into();
+    let sigma = ImageSigma { temperature: temperature_sigma, radiance: radiance_sigma, cause, causes };
     let blank = attributes.image(width, height)?;
     let frame = Image {
         radiance,
@@ -259,7 +263,8 @@ mod tests {
         frame.sigma.temperature = frame.error.clone();
         frame.sigma.radiance = frame.coverage.clone();
         frame.sigma.cause = (0..65 * 37).map(|pixel| pixel % 3).collect();
-        let mut header = FrameHeader { causes: vec!["albedo".into(), "heater of a".into()], ..header };
+        frame.sigma.causes = vec!["albedo".into(), "heater of a".into()].into();
+        let mut header = header;
         let bands = [0.5, 2.0].map(|factor| frame.radiance.iter().map(|radiance| factor * radiance).collect());
         frame.bands.images = bands.map(|radiance| BandImage { radiance, ..BandImage::default() }).to_vec();
         let (temperature, error) = (frame.temperature.clone(), frame.error.clone());

@@ -67,10 +67,13 @@ pub(super) fn header_attributes(frame: &Image, header: &FrameHeader) -> Vec<(Str
     if !frame.sigma.cause.is_empty() {
         all.extend([
             ("isotherm_units_T_sigma", string("K, one standard deviation of T by the ranges of isotherm_causes")),
-            ("isotherm_units_L_sigma", string("W.m^-2.sr^-1, one standard deviation of L by these ranges")),
             ("isotherm_units_cause", string("index into isotherm_causes: the parameter that adds most to T_sigma")),
-            (CAUSES, names(&header.causes)),
+            (CAUSES, names(&frame.sigma.causes)),
         ]);
+        if !frame.sigma.radiance.is_empty() {
+            let units = "W.m^-2.sr^-1, one standard deviation of L by these ranges";
+            all.push(("isotherm_units_L_sigma", string(units)));
+        }
     }
     all.extend(camera_attributes(frame, header));
     let mut all: Vec<_> = all.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
@@ -229,6 +232,10 @@ impl Attributes<'_> {
     }
 
     /// Texts without the first, which names the background.
+    pub(super) fn causes(&self) -> Result<Vec<String>, OutputError> {
+        if self.has(CAUSES) { self.names(CAUSES) } else { Ok(Vec::new()) }
+    }
+
     fn names(&self, name: &str) -> Result<Vec<String>, OutputError> {
         Ok(self.texts(name)?.into_iter().skip(1).collect())
     }
@@ -351,7 +358,6 @@ impl Attributes<'_> {
             joints,
             parts: self.names("isotherm_parts")?,
             materials: self.names("isotherm_materials")?,
-            causes: if self.has(CAUSES) { self.names(CAUSES)? } else { Vec::new() },
         })
     }
 }

@@ -92,8 +92,6 @@ pub struct FrameHeader {
     pub parts: Vec<String>,
     /// Names of the materials. The first has pixel value 1.
     pub materials: Vec<String>,
-    /// Names of the parameters whose ranges make the image uncertain. The first has pixel value 1. Empty without `[uncertainty]`.
-    pub causes: Vec<String>,
 }
 
 #[cfg(test)]

@@ -33,7 +33,6 @@ impl<'a> FrameMaker<'a> {
             joints: Vec::new(),
             parts: prepared.parts.clone(),
             materials: prepared.materials.iter().map(|material| material.name.clone()).collect(),
-            causes: Vec::new(),
         };
         Self { prepared, header }
     }

@@ -39,8 +39,8 @@ pub(crate) fn write_pose_images(
         if let Some(uncertainty) = &mut uncertainty {
             uncertainty.follow(&mut result);
         }
-        if let Some((mut image, mut header)) = maker.frame(result)? {
-            sigma.inspect(|sigma| sigma.add_to(&mut image, &mut header));
+        if let Some((mut image, header)) = maker.frame(result)? {
+            sigma.inspect(|sigma| sigma.add_to(&mut image, &header));
             written.push(write_frame(folder, &of_sensors, &image, &header)?);
             drawn();
         }

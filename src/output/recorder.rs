@@ -75,7 +75,7 @@ impl Consumer<JobError> for StepRecorder<'_, '_> {
         drop(makes);
         if let Some(mut frame) = frame {
             if let Some(sigma) = self.run.job.sigma {
-                sigma.add_to(&mut frame.0, &mut frame.1);
+                sigma.add_to(&mut frame.0, &frame.1);
             }
             let _waits = span("waiting for the files");
             self.frames.send(WriterWork::Frame(Box::new(frame))).map_err(|_| JobError::Writer)?;

@@ -62,19 +62,18 @@ pub(crate) struct RunSigma {
 
 impl RunSigma {
     /// Gives a frame its uncertainty.
-    pub(super) fn add_to(&self, image: &mut Image, header: &mut FrameHeader) {
-        self.add(self.images.get(&(header.step, header.image)), image, header);
+    pub(super) fn add_to(&self, image: &mut Image, header: &FrameHeader) {
+        Self::add(self.images.get(&(header.step, header.image)), image);
     }
 
     /// Gives the only image its uncertainty.
-    pub(crate) fn add_only_to(&self, image: &mut Image, header: &mut FrameHeader) {
-        self.add(self.images.values().next(), image, header);
+    pub(crate) fn add_only_to(&self, image: &mut Image) {
+        Self::add(self.images.values().next(), image);
     }
 
-    fn add(&self, sigma: Option<&ImageSigma>, image: &mut Image, header: &mut FrameHeader) {
+    fn add(sigma: Option<&ImageSigma>, image: &mut Image) {
         if let Some(sigma) = sigma {
             image.sigma = sigma.clone();
-            header.causes = self.causes.iter().map(|cause| cause.name.clone()).collect();
         }
     }
 

@@ -386,7 +386,12 @@ impl MaterialRules {
                 let wildcard = WildMatch::new(pattern);
                 let mut matched = model.materials.iter().filter(|material| wildcard.matches(&material.name)).peekable();
                 if matched.peek().is_none() {
-                    idle.push(format!("Pattern '{pattern}' of rule {} matches no material of the model.", index + 1));
+                    let of_part = model.parts.iter().any(|part| wildcard.matches(&part.name));
+                    let hint = if of_part { ", but a part: state it as 'part'" } else { "" };
+                    idle.push(format!(
+                        "Pattern '{pattern}' of rule {} matches no material of the model{hint}.",
+                        index + 1
+                    ));
                 } else if matched.all(|material| {
                     let earlier = self.rules[..index].iter().filter(|rule| rule.parts.is_none());
                     earlier.clone().any(|rule| rule.matches(&material.name))

@@ -42,10 +42,10 @@ pub(crate) fn values(parameter: &Parameter, prepared: &Prepared) -> Result<Vec<f
         return Err(parameter.error("vary", message).into());
     }
     let largest = values.iter().copied().fold(0.0, f64::max);
-    let most = 1.0 + 2.0 * parameter.step;
+    let most = 1.0 + parameter.step;
     if parameter.kind.is_share() && largest * most > 1.0 {
         let message =
-            format!("{largest} times 1 + 2 step is above 1: state a step of at most {:.2e}", 0.5 / largest - 0.5);
+            format!("{largest} times 1 + step is above 1: state a step of at most {:.2e}", 1.0 / largest - 1.0);
         return Err(parameter.error("step", message).into());
     }
     Ok(values)

@@ -2,11 +2,16 @@
 
 use rayon::prelude::*;
 
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
 use super::SensitivityError;
 use super::search::Search;
 use super::sigma::{Deviation, Uncertain, uncertain_scene};
 use super::variant::VariantRun;
+use crate::scene::Draw;
 use crate::simulation::corner_image::{PixelNodes, pixel_nodes};
+use crate::simulation::facade::Simulation;
 use crate::simulation::image::{Image, ImageSigma};
 use crate::simulation::prepare::Prepared;
 
@@ -16,6 +21,9 @@ const MEMORY: usize = 256 << 20;
 /// How the temperature of every node depends on the parameters whose ranges the scene states.
 pub(crate) struct NodeSigma {
     uncertain: Vec<Uncertain>,
+    names: Arc<Vec<String>>,
+    /// Length of a step [s].
+    step: f64,
     /// Steps whose derivatives are kept.
     steps: Vec<u32>,
     /// Derivatives by step, parameter and node: for a change by all of the value [K].
@@ -48,13 +56,36 @@ pub(crate) fn find_node_sigma(prepared: &Prepared, search: &Search<'_>) -> Resul
     let search = Search { nodes_every: Some(every), ..*search };
     let run = search.pairs(&base, &parameters, &mut take)?;
     let steps = run.nodes.iter().map(|(step, _)| *step).collect();
-    Ok(NodeSigma { uncertain, steps, derivatives })
+    let names = Arc::new(uncertain.iter().map(|one| one.cause.name.clone()).collect());
+    Ok(NodeSigma { uncertain, names, step: base.scene.time.step, steps, derivatives })
+}
+
+/// Draws T_sigma and the cause into an image of a simulation.
+type DrawSigma = Box<dyn Fn(&Simulation, &mut Image) + Send + Sync>;
+
+/// The uncertainty of the images of a simulation on the orbit of its scene, up to a time [s]. An image after it, or off this orbit, has none.
+///
+/// # Errors
+/// Errors of [`find_node_sigma`], in words.
+pub fn find_image_sigma(simulation: &Simulation, until: f64, stop: &AtomicBool) -> Result<DrawSigma, String> {
+    let mut scene = simulation.prepared().scene.clone();
+    scene.time.steps = ((until / scene.time.step - 1e-9).ceil() as u32).max(1);
+    scene.time.draw = Draw::None;
+    let prepared = simulation.prepared().varied(scene, |_| ()).map_err(|error| error.to_string())?;
+    let search = Search { target: simulation.target(), stop, news: &|_| (), kept: &[], nodes_every: None };
+    let sigma = find_node_sigma(&prepared, &search).map_err(|error| error.to_string())?;
+    let end = f64::from(prepared.scene.time.steps) * prepared.scene.time.step * (1.0 + 1e-9);
+    Ok(Box::new(move |simulation, image| {
+        if simulation.is_on_orbit() && image.time <= end {
+            image.sigma = sigma.draw(simulation.prepared(), image);
+        }
+    }))
 }
 
 impl NodeSigma {
     /// Names of the parameters. The first has the label 1.
     pub(crate) fn causes(&self) -> impl Iterator<Item = &str> {
-        self.uncertain.iter().map(|one| one.cause.name.as_str())
+        self.names.iter().map(String::as_str)
     }
 
     /// Steps from one whose derivatives are known to the next. Derivatives are linear between them.
@@ -62,12 +93,13 @@ impl NodeSigma {
         self.steps.get(1).map_or(1, |second| second - self.steps[0])
     }
 
-    /// T_sigma and the cause in each pixel of an image at the end of a step of the same scene. The radiance has none.
-    pub(crate) fn draw(&self, prepared: &Prepared, image: &Image, step: u32) -> ImageSigma {
-        let after = self.steps.partition_point(|known| *known < step).min(self.steps.len() - 1);
-        let before = if self.steps[after] <= step { after } else { after.saturating_sub(1) };
+    /// T_sigma and the cause in each pixel of an image of the same scene. The radiance has none.
+    pub(crate) fn draw(&self, prepared: &Prepared, image: &Image) -> ImageSigma {
+        let step = image.time / self.step;
+        let after = self.steps.partition_point(|known| f64::from(*known) < step).min(self.steps.len() - 1);
+        let before = if f64::from(self.steps[after]) <= step { after } else { after.saturating_sub(1) };
         let span = f64::from(self.steps[after] - self.steps[before]);
-        let share = if span > 0.0 { f64::from(step - self.steps[before]) / span } else { 0.0 };
+        let share = if span > 0.0 { (step - f64::from(self.steps[before])) / span } else { 0.0 };
         let of_pixel = |nodes: &Option<PixelNodes>| {
             let mut sum = Deviation::default();
             if let Some(nodes) = nodes {
@@ -79,7 +111,7 @@ impl NodeSigma {
             (sum.sigma() as f32, sum.label())
         };
         let (temperature, cause) = pixel_nodes(prepared, image, None).par_iter().map(of_pixel).unzip();
-        ImageSigma { temperature, radiance: Vec::new(), cause }
+        ImageSigma { temperature, radiance: Vec::new(), cause, causes: Arc::clone(&self.names) }
     }
 }
 

@@ -5,12 +5,14 @@ use std::sync::atomic::AtomicBool;
 use super::SensitivityError;
 use super::change::{change_materials, change_scene, values};
 use super::side_by_side::do_side_by_side;
-use super::variant::{BaseRun, Began, VariantRun, VariantWalk};
+use super::variant::{BaseRun, VariantRun, VariantWalk};
 use crate::converge::RunNews;
 use crate::output::frame::FrameHeader;
-use crate::scene::{Parameter, ParameterRange, Scene};
+use crate::scene::{Draw, Parameter, ParameterRange, Scene};
 use crate::simulation::engine::Engine;
 use crate::simulation::image::Image;
+use crate::simulation::is_drawn;
+use crate::simulation::orbit_end::Displacement;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
 
@@ -84,6 +86,16 @@ pub(crate) fn tighten(scene: &mut Scene, most: f64) -> Option<String> {
     }
 }
 
+/// Leaves out the images at ends of steps that are not kept, which each run would draw for nothing. Returns the numbers of the others.
+pub(crate) fn draw_kept(scene: &mut Scene, kept: Vec<usize>) -> Vec<usize> {
+    if scene.time.draw.is_between_steps() {
+        return kept;
+    }
+    let steps: Vec<u32> = (0..=scene.time.steps).filter(|step| is_drawn(&scene.time.draw, *step)).collect();
+    scene.time.draw = Draw::Steps(kept.iter().filter_map(|number| steps.get(*number).copied()).collect());
+    (0..kept.len()).collect()
+}
+
 /// Refuses parameters that a scene lacks. Returns the value of each where all of its owners have one.
 ///
 /// # Errors
@@ -105,7 +117,7 @@ pub(crate) fn check(parameters: &[Parameter], prepared: &Prepared) -> Result<Vec
 }
 
 impl Search<'_> {
-    /// All runs: the scene as it is, and three for each parameter, whose values [`check`] gave.
+    /// All runs: the scene as it is, and two for each parameter, whose values [`check`] gave.
     ///
     /// # Errors
     /// A run that fails, or Ctrl-C.
@@ -117,13 +129,12 @@ impl Search<'_> {
     ) -> Result<Sensitivities, SensitivityError> {
         let (base, _engine) = self.run_base(prepared)?;
         let mut of = Vec::new();
-        // The run up by a step tells where the others begin to settle: its distance from the scene as it is, so many times.
-        let take = |number: usize, runs: [VariantRun; 3]| {
+        let take = |number: usize, runs: [VariantRun; 2]| {
             let parameter: &Parameter = &parameters[number];
             let differences = Differences { base: &base.run, runs: &runs, step: parameter.step };
             of.push(differences.sensitivity(parameter.clone(), values[number]));
         };
-        self.runs(prepared, &base, &parameters, [1.0, -1.0, 2.0], take)?;
+        self.runs(prepared, &base, &parameters, take)?;
         let base = base.run;
         let parts = prepared.parts.iter().map(|name| ("part", name.clone()));
         let probes = prepared.scene.probes.iter().map(|probe| ("probe", probe.name.clone()));
@@ -148,7 +159,7 @@ impl Search<'_> {
         take: &mut dyn FnMut(usize, [VariantRun; 2]),
     ) -> Result<VariantRun, SensitivityError> {
         let (base, _engine) = self.run_base(prepared)?;
-        self.runs(prepared, &base, parameters, [1.0, -1.0], take)?;
+        self.runs(prepared, &base, parameters, take)?;
         Ok(base.run)
     }
 
@@ -164,39 +175,36 @@ impl Search<'_> {
             .run_base(prepared)
     }
 
-    /// The runs of each parameter, with its value changed by so many times its step. `take` gets them in the order of the parameters.
-    fn runs<const N: usize>(
+    /// The runs of each parameter, with its value up and down by its step. `take` gets them in the order of the parameters.
+    fn runs(
         &self,
         prepared: &Prepared,
         base: &BaseRun,
         parameters: &[Parameter],
-        times: [f64; N],
-        take: impl FnMut(usize, [VariantRun; N]),
+        take: impl FnMut(usize, [VariantRun; 2]),
     ) -> Result<(), SensitivityError> {
         let Self { target, kept, nodes_every, stop, news } = *self;
-        let count = (N * parameters.len()) as u64;
+        let count = 2 * parameters.len() as u64;
         news(RunNews::Begins(format!("{count} runs with other values"), count));
         let work = |number: usize, news: &dyn Fn(RunNews)| {
             let parameter: &Parameter = &parameters[number];
-            let mut first: Began = None;
-            let runs: Vec<VariantRun> = times
-                .into_iter()
-                .map(|times| {
-                    let share = times * parameter.step;
-                    let varied = changed(prepared, parameter, 1.0 + share)?;
-                    let name = format!("{} {:+} %", parameter.name, 100.0 * share);
-                    let warned = |text: String| news(RunNews::Says(format!("warning: {text}")));
-                    let walk =
-                        VariantWalk { name: &name, target, kept, nodes_every, stop, stepped: &|| (), warned: &warned };
-                    // The state of other nodes would not fit.
-                    let base = Some(base).filter(|_| varied.nodes == prepared.nodes);
-                    let (run, began) = walk.run_beside(base, first.as_ref().map(|first| (first, times)), &varied)?;
-                    first = first.take().or(began);
-                    news(RunNews::Stepped);
-                    Ok(run)
-                })
-                .collect::<Result<_, SensitivityError>>()?;
-            runs.try_into().map_err(|_| SensitivityError::Stopped)
+            // The run up by a step tells where the other begins to settle: at the opposite of its distance from the scene as it is.
+            let mut first: Option<Displacement> = None;
+            let mut run = |times: f64| {
+                let share = times * parameter.step;
+                let varied = changed(prepared, parameter, 1.0 + share)?;
+                let name = format!("{} {:+} %", parameter.name, 100.0 * share);
+                let warned = |text: String| news(RunNews::Says(format!("warning: {text}")));
+                let walk =
+                    VariantWalk { name: &name, target, kept, nodes_every, stop, stepped: &|| (), warned: &warned };
+                // The state of other nodes would not fit.
+                let base = Some(base).filter(|_| varied.nodes == prepared.nodes);
+                let (run, settled) = walk.run_beside(base, first.as_ref().map(|first| (first, times)), &varied)?;
+                first = settled;
+                news(RunNews::Stepped);
+                Ok::<_, SensitivityError>(run)
+            };
+            Ok([run(1.0)?, run(-1.0)?])
         };
         do_side_by_side(parameters.len(), news, work, take)
     }
@@ -209,26 +217,25 @@ fn changed(base: &Prepared, parameter: &Parameter, factor: f64) -> Result<Prepar
     Ok(base.varied(scene, |materials| change_materials(parameter, factor, materials))?)
 }
 
-/// Runs with a value as it is, and more and less by the step, and more by two steps.
+/// Runs with a value as it is, and more and less by the step.
 struct Differences<'a> {
     base: &'a VariantRun,
-    runs: &'a [VariantRun; 3],
+    runs: &'a [VariantRun; 2],
     step: f64,
 }
 
 impl Differences<'_> {
-    /// The derivative for a change by all of the value, and its error: three times the h^2 / 6 of the third derivative, which a difference of third order gives,
-    /// and the changes that the warm-ups left.
-    fn derivative(&self, base: f64, [up, down, far]: [f64; 3]) -> Derivative {
+    /// The derivative for a change by all of the value, and its error: the distance of the differences to one side from it, and what the warm-ups left.
+    fn derivative(&self, base: f64, [up, down]: [f64; 2]) -> Derivative {
         let left = self.runs[0].unsettled + self.runs[1].unsettled;
-        [(up - down) / (2.0 * self.step), ((far - 3.0 * up + 3.0 * base - down).abs() + left) / (2.0 * self.step)]
+        [(up - down) / (2.0 * self.step), ((up - 2.0 * base + down).abs() + left) / (2.0 * self.step)]
     }
 
     fn sensitivity(&self, parameter: Parameter, value: Option<f64>) -> Sensitivity {
         let row = |number: usize| {
             let at = |(place, base): (usize, &Option<f64>)| {
-                let [up, down, far] = self.runs.each_ref().map(|run| run.rows[number][place]);
-                Some(self.derivative((*base)?, [up?, down?, far?]))
+                let [up, down] = self.runs.each_ref().map(|run| run.rows[number][place]);
+                Some(self.derivative((*base)?, [up?, down?]))
             };
             self.base.rows[number].iter().enumerate().map(at).collect()
         };

@@ -3,6 +3,8 @@
 //! A range holds 95 % of the values that a parameter may have, so it is four standard deviations wide. S has the mean squares of the deviations from the values
 //! of the scene: the variance of each parameter, and the products of the distances from the values to the middles of their ranges.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::SensitivityError;
@@ -161,10 +163,12 @@ pub(crate) fn find_sigma(prepared: &Prepared, search: &Search<'_>) -> Result<Run
         temperature.map(|_| PlaceSigma { kelvin: sum.sigma(), cause: sum.cause as usize })
     };
     let rows = rows.iter().zip(&run.rows).map(|(sums, row)| sums.iter().zip(row).map(place).collect()).collect();
+    let names: Arc<Vec<String>> = Arc::new(uncertain.iter().map(|of| of.cause.name.clone()).collect());
     let image = |sums: Vec<[Deviation; 2]>| ImageSigma {
         temperature: sums.iter().map(|[sum, _]| sum.sigma() as f32).collect(),
         radiance: sums.iter().map(|[_, sum]| sum.sigma() as f32).collect(),
         cause: sums.iter().map(|[sum, _]| sum.label()).collect(),
+        causes: Arc::clone(&names),
     };
     let parts = base.parts.iter().map(|name| ("part", name.clone()));
     let probes = base.scene.probes.iter().map(|probe| ("probe", probe.name.clone()));

@@ -15,6 +15,9 @@ use crate::simulation::target::Target;
 use crate::simulation::warm_up::{pass_base_orbit, start, start_beside, start_near};
 use crate::simulation::{StepResult, run};
 
+/// Share of a period by which a run may miss it and be an orbit.
+const AN_ORBIT: f64 = 1e-4;
+
 /// Change over an orbit below which the warm-up of a run ends [K].
 pub(crate) const TOLERANCE: f64 = 2e-4;
 
@@ -29,7 +32,10 @@ pub(crate) struct VariantRun {
     pub(crate) images: Vec<(Image, FrameHeader)>,
     /// Temperatures of all nodes in the order of the device [K], with their steps.
     pub(crate) nodes: Vec<(u32, Vec<f32>)>,
-    /// Largest change of a node by the last orbit of the warm-up, beyond the change in the scene as it is [K].
+    /// Mean temperatures of all nodes over the steps after the first [K].
+    mean: Vec<f64>,
+    /// Largest change of a node by the last orbit of the warm-up, beyond the change in the scene as it is [K]. Of a run that settles itself, also how far its
+    /// start is from the periodic state, by the next move of the warm-up.
     pub(crate) unsettled: f64,
 }
 
@@ -52,12 +58,9 @@ pub(crate) struct VariantWalk<'a> {
 /// The scene as it is, beside which scenes with other values are run.
 pub(super) struct BaseRun {
     pub(super) run: VariantRun,
-    /// An orbit at its periodic state, where the scene asks for it.
+    /// An orbit at its periodic state, where the scene asks for it: its run, where that is an orbit.
     orbit: Option<BaseOrbit>,
 }
-
-/// How far a run with other values began from the scene as it is, where that is periodic.
-pub(super) type Began = Option<Displacement>;
 
 impl VariantWalk<'_> {
     /// Runs the scene as it is. The engine keeps its view factors, which runs of the same geometry share.
@@ -66,7 +69,15 @@ impl VariantWalk<'_> {
     /// A run that fails, or Ctrl-C.
     pub(super) fn run_base(&self, prepared: &Prepared) -> Result<(BaseRun, Box<dyn Engine>), SensitivityError> {
         let mut engine = self.begin(prepared, None)?;
-        let orbit = match prepared.scene.time.periodic {
+        let time = &prepared.scene.time;
+        let off = f64::from(time.steps) * time.step / prepared.scene.orbit.period() - 1.0;
+        if time.periodic.is_some() && off.abs() <= AN_ORBIT {
+            let mut run = VariantRun::default();
+            let mut pass = |engine: &mut dyn Engine| self.pass(prepared, engine, &mut run);
+            let orbit = Some(BaseOrbit::of_run(prepared, &mut *engine, &mut pass)?);
+            return Ok((BaseRun { run, orbit }, engine));
+        }
+        let orbit = match time.periodic {
             Some(_) => pass_base_orbit(prepared, &mut *engine, self.stop)?,
             None => None,
         };
@@ -74,8 +85,19 @@ impl VariantWalk<'_> {
         Ok((BaseRun { run: self.run(prepared, &mut *engine)?, orbit }, engine))
     }
 
-    /// Runs a scene with other values beside the scene as it is. `shift` is how far another such run began, and the share of that at which this one begins to
-    /// settle.
+    /// The run, which is an orbit. Returns the mean temperatures of the nodes [K].
+    fn pass(
+        &self,
+        prepared: &Prepared,
+        engine: &mut dyn Engine,
+        run: &mut VariantRun,
+    ) -> Result<Vec<f64>, SensitivityError> {
+        *run = self.run(prepared, engine)?;
+        Ok(std::mem::take(&mut run.mean))
+    }
+
+    /// Runs a scene with other values beside the scene as it is. `shift` is how far another such run is from that scene, and the share of that at which this one
+    /// begins to settle. Where the run of that scene is an orbit, the run settles itself. Returns also how far it is from that scene.
     ///
     /// # Errors
     /// A run that fails, or Ctrl-C.
@@ -84,7 +106,7 @@ impl VariantWalk<'_> {
         base: Option<&BaseRun>,
         shift: Option<(&Displacement, f64)>,
         prepared: &Prepared,
-    ) -> Result<(VariantRun, Began), SensitivityError> {
+    ) -> Result<(VariantRun, Option<Displacement>), SensitivityError> {
         let alone = || {
             let mut engine = self.begin(prepared, None)?;
             Ok((self.run(prepared, &mut *engine)?, None))
@@ -92,14 +114,21 @@ impl VariantWalk<'_> {
         let Some(orbit) = base.and_then(|base| base.orbit.as_ref()) else { return alone() };
         let camera = prepared.scene.camera.as_ref().filter(|_| !self.kept.is_empty());
         let mut engine = self.target.engine(prepared, camera).map_err(EngineError::from)?;
-        let mut told = || (self.stepped)();
-        let went = start_beside(prepared, &mut *engine, (orbit, shift), (TOLERANCE, self.stop), &mut told)?;
+        let (mut run, mut began) = (VariantRun::default(), None);
+        let mut pass = |engine: &mut dyn Engine| {
+            began = Some(orbit.displacement(engine)?);
+            self.pass(prepared, engine, &mut run)
+        };
+        let went = start_beside(prepared, &mut *engine, (orbit, shift), (TOLERANCE, self.stop), &mut pass)?;
         self.check_stop()?;
         let Some(periodic) = went else { return alone() };
         periodic.warning(&format!(" of {}", self.name)).into_iter().for_each(self.warned);
-        let began = orbit.displacement(&mut *engine)?;
-        let run = self.run(prepared, &mut *engine)?;
-        Ok((VariantRun { unsettled: periodic.change, ..run }, Some(began)))
+        let settled = orbit.displacement(&mut *engine)?;
+        let unsettled = began.map_or(0.0, |began| began.distance(&settled)).max(periodic.change);
+        if run.rows.is_empty() {
+            run = self.run(prepared, &mut *engine)?;
+        }
+        Ok((VariantRun { unsettled, ..run }, Some(settled)))
     }
 
     /// The engine of a scene at time 0. A periodic state is sought from `near`, where that is known and fits: a network may take another plan with other values.
@@ -138,6 +167,11 @@ impl VariantWalk<'_> {
         let mut number = 0;
         let mut take = |mut result: StepResult| {
             if let Some(temperatures) = result.delivered.temperatures.take() {
+                if result.step > 0 {
+                    ran.mean.resize(temperatures.len(), 0.0);
+                    let add = |(mean, kelvin): (&mut f64, &f32)| *mean += f64::from(*kelvin) / f64::from(steps);
+                    ran.mean.iter_mut().zip(&temperatures).for_each(add);
+                }
                 let row = groups.row(result.time, &temperatures, &prepared.probes)?;
                 let parts = row.parts.iter().map(|part| part.map(|part| part.mean));
                 ran.rows.push(parts.chain(row.probes.iter().map(|probe| Some(f64::from(*probe)))).collect());

@@ -156,9 +156,15 @@ impl ExchangeCraft {
     /// find the same again.
     pub(super) fn find(&self, poses: &[DAffine3]) -> Arc<PackedExchange> {
         self.in_use.get_or_make(poses, || match &self.like {
-            Some(like) => like.cast(poses).with_optics(&self.patches, self.settings.bounces),
-            None => self.cast_anew(poses),
+            Some(like) if self.has_optics_of(like) => like.find(poses).with_patches(&self.patches.all),
+            Some(like) => PackedExchange::new(like.cast(poses).with_optics(&self.patches, self.settings.bounces)),
+            None => PackedExchange::new(self.cast_anew(poses)),
         })
+    }
+
+    fn has_optics_of(&self, other: &Self) -> bool {
+        let optics = |craft: &Self| craft.patches.all.iter().map(|patch| patch.optics).collect::<Vec<_>>();
+        optics(self) == optics(other)
     }
 
     fn cast_anew(&self, poses: &[DAffine3]) -> Exchange {

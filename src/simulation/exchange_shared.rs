@@ -10,7 +10,6 @@ use crate::exchange::jointed_rays::JointedRays;
 use crate::exchange::packed::PackedExchange;
 use crate::exchange::step::Exchange;
 use crate::gpu::host_heap::give_back_freed_memory;
-use crate::trace::span;
 
 /// Size of a packed exchange [B] from which freed memory is given back, which takes milliseconds.
 const LARGE: usize = 1 << 19;
@@ -49,14 +48,11 @@ impl Clone for SharedRows {
 
 impl ExchangesInUse {
     /// The exchange for poses, which is made where nobody uses it.
-    pub(super) fn get_or_make(&self, poses: &[DAffine3], make: impl FnOnce() -> Exchange) -> Arc<PackedExchange> {
+    pub(super) fn get_or_make(&self, poses: &[DAffine3], make: impl FnOnce() -> PackedExchange) -> Arc<PackedExchange> {
         let known = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let in_use = known().iter().find(|(own, _)| own == poses).and_then(|(_, exchange)| exchange.upgrade());
         in_use.unwrap_or_else(|| {
-            let exchange = make();
-            let packs = span("packing the exchange");
-            let exchange = Arc::new(PackedExchange::new(exchange));
-            drop(packs);
+            let exchange = Arc::new(make());
             let mut known = known();
             known.retain(|(_, exchange)| exchange.strong_count() > 0);
             // Finding takes many times the memory of what is found.

@@ -57,6 +57,8 @@ pub struct Simulation {
     own: StepLoads,
     /// Whether something outside gives the places.
     placed: bool,
+    /// Whether a joint was set from outside.
+    turned: bool,
     /// Whether the state is that of `time`. Before the start, the state belongs to no time.
     begun: bool,
     time: f64,
@@ -98,7 +100,7 @@ impl Simulation {
         let mut prepared = Prepared::from_scene(scene, &mut |_| ())?;
         if prepared.scene.uncertainty.is_some() {
             prepared.warnings.push(
-                "images have no T_sigma, so [uncertainty] has no effect here: isotherm run and render write it"
+                "[uncertainty] takes two runs for each parameter: isotherm run, render and dataset make them, and find_sigma in Python"
                     .to_owned(),
             );
         }
@@ -128,6 +130,7 @@ impl Simulation {
             target: target.clone(),
             engine,
             placed: false,
+            turned: false,
             begun: false,
             time: 0.0,
             last: None,
@@ -138,6 +141,16 @@ impl Simulation {
     /// The scene as it was prepared: nodes, parts, materials, assumptions and warnings. Its camera is that of the last image.
     pub fn prepared(&self) -> &Prepared {
         &self.prepared
+    }
+
+    /// Where it computes.
+    pub(crate) fn target(&self) -> &Target {
+        &self.target
+    }
+
+    /// Whether the craft is still on the orbit of its scene, with the joints of its scene.
+    pub(crate) fn is_on_orbit(&self) -> bool {
+        !self.placed && !self.turned
     }
 
     /// Name of the device, or `cpu (f64 reference)`.

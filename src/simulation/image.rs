@@ -17,6 +17,8 @@ pub struct ImageSigma {
     pub radiance: Vec<f32>,
     /// The parameter that contributes most to the temperature: its index + 1, or 0 where none does.
     pub cause: Vec<u32>,
+    /// Names of the parameters.
+    pub causes: Arc<Vec<String>>,
 }
 
 /// What a camera sees at one moment. Rows run from top to bottom, pixels from left to right. A pixel without a surface is 0 in every list but the

@@ -40,13 +40,18 @@ impl OrbitEnd {
     }
 }
 
-/// An orbit of a scene as it is, up to time 0.
+/// An orbit of a scene as it is: the one up to time 0, or the run where that is an orbit.
 pub(crate) struct BaseOrbit {
     /// The state at its start.
     pub(super) state: BetweenSteps,
     pub(super) start: OrbitEnd,
     pub(super) end: OrbitEnd,
+    /// Where the orbit is the run, the mean temperatures of the network's nodes [K].
+    pub(super) run_mean: Option<Vec<f64>>,
 }
+
+/// Passes a run that is an orbit. Returns the mean temperatures of the drawn nodes [K].
+pub(crate) type PassRun<'a, E> = &'a mut dyn FnMut(&mut dyn Engine) -> Result<Vec<f64>, E>;
 
 /// How far the temperatures of a network and of structures below plates are from the scene as it is [K].
 pub(crate) struct Displacement {
@@ -54,7 +59,37 @@ pub(crate) struct Displacement {
     structures: Vec<f64>,
 }
 
+impl Displacement {
+    /// Largest difference from another [K].
+    pub(crate) fn distance(&self, other: &Self) -> f64 {
+        let pairs = self.network.iter().zip(&other.network).chain(self.structures.iter().zip(&other.structures));
+        pairs.map(|(own, other)| (own - other).abs()).fold(0.0, f64::max)
+    }
+}
+
 impl BaseOrbit {
+    /// Takes an engine at its periodic state at time 0 through its run, which is an orbit.
+    ///
+    /// # Errors
+    /// A call that fails, or an error of `pass`.
+    pub(crate) fn of_run<E: From<EngineError>>(
+        prepared: &Prepared,
+        engine: &mut dyn Engine,
+        pass: PassRun<'_, E>,
+    ) -> Result<Self, E> {
+        let (state, start) = (BetweenSteps::capture(0, engine, None)?, OrbitEnd::new(engine)?);
+        let drawn = pass(engine)?;
+        let end = OrbitEnd::new(engine)?;
+        // Nodes that are not drawn are slow.
+        let both = start.network.iter().flatten().zip(end.network.iter().flatten());
+        let mut mean: Vec<f64> = both.map(|(start, end)| 0.5 * (start + end)).collect();
+        if let Some(network) = &prepared.network {
+            let in_network = drawn.iter().enumerate().filter(|(slot, _)| network.has(*slot));
+            in_network.for_each(|(slot, drawn)| mean[network.node_of(slot)] = *drawn);
+        }
+        Ok(Self { state, start, end, run_mean: Some(mean) })
+    }
+
     /// The change over an orbit to which a scene with other values settles [K].
     pub(super) fn tolerance(&self, after: &OrbitEnd, prepared: &Prepared) -> f64 {
         SHARE * after.change(&self.end, prepared)
@@ -111,11 +146,25 @@ impl BaseOrbit {
     /// A call that fails.
     pub(crate) fn displacement(&self, engine: &mut dyn Engine) -> Result<Displacement, EngineError> {
         let network = engine.network_temperatures()?.unwrap_or_default();
+        let then = if self.run_mean.is_some() { &self.start } else { &self.end };
         Ok(Displacement {
-            network: minus(&network, self.end.network.as_deref().unwrap_or_default()),
-            structures: minus(&engine.structures()?, &self.end.structures),
+            network: minus(&network, then.network.as_deref().unwrap_or_default()),
+            structures: minus(&engine.structures()?, &then.structures),
         })
     }
+}
+
+/// Draws the temperatures of a network that was moved, which otherwise appear after the next step.
+///
+/// # Errors
+/// A call that fails.
+pub(super) fn show_network(prepared: &Prepared, engine: &mut dyn Engine) -> Result<(), EngineError> {
+    let (Some(network), Some(temperatures)) = (&prepared.network, engine.network_temperatures()?) else {
+        return Ok(());
+    };
+    let mut drawn = OrbitEnd::new(engine)?.drawn;
+    network.scatter(&temperatures, |slot, temperature| drawn[slot] = temperature as f32);
+    engine.show(&drawn)
 }
 
 fn minus(a: &[f64], b: &[f64]) -> Vec<f64> {

@@ -8,7 +8,7 @@ use std::sync::atomic::Ordering;
 
 use super::engine::{Engine, EngineError};
 use super::forward::forward;
-use super::orbit_end::{BaseOrbit, OrbitEnd};
+use super::orbit_end::{BaseOrbit, OrbitEnd, PassRun, show_network};
 use super::orbits::{History, Orbits, Periodic};
 use super::parts::Passing;
 use super::prepare::Prepared;
@@ -34,12 +34,13 @@ const MOST_SOLVED: usize = 200_000;
 impl<E: From<EngineError>> WarmUp<'_, E> {
     /// Steps orbits that end at time 0, until the largest change over an orbit is at most `tolerance` [K] or the scene's warm-up orbits are used up. The
     /// warm-up goes on from `earlier`, where there is one. Its state is kept between two orbits. With `beside` an orbit is to change the temperatures as much
-    /// as an orbit of that scene does, and ends where it is as far from that scene as its values make it.
+    /// as an orbit of that scene does, and ends where it is as far from that scene as its values make it. Where the orbit of that scene is its run, so is each
+    /// orbit here, and the last one has its results.
     pub(super) fn pass_orbits(
         &mut self,
         tolerance: f64,
         earlier: Option<&Orbits>,
-        beside: Option<&BaseOrbit>,
+        mut beside: Option<(&BaseOrbit, PassRun<'_, E>)>,
     ) -> Result<Option<Periodic>, E> {
         let (time, period) = (&self.prepared.scene.time, self.prepared.scene.orbit.period());
         let most = time.warm_up_orbits.ceil() as u32;
@@ -69,8 +70,7 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
             // Two fine orbits are needed, so that the change over the second can be measured.
             orbits.coarse &= orbits.done.orbits + 2 < most;
             self.engine.set_coarse(orbits.coarse);
-            let before = OrbitEnd::new(self.engine)?;
-            let mean = self.orbit(orbits.coarse)?;
+            let (before, mean) = self.pass_orbit(orbits.coarse, beside.as_mut())?;
             if self.stop.load(Ordering::Relaxed) {
                 // The orbit may not be whole, so the run goes on from its start.
                 self.keep.save()?;
@@ -78,7 +78,7 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
                 return Ok(None);
             }
             let mut after = OrbitEnd::new(self.engine)?;
-            if let Some(base) = beside {
+            if let Some((base, _)) = &beside {
                 orbits.done.tolerance = base.tolerance(&after, self.prepared).max(tolerance);
                 after = base.without_its_change(&after);
             }
@@ -90,9 +90,11 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
             if !orbits.done.is_met() && orbits.done.orbits < most && !stalls {
                 self.move_structures(&mut orbits.structures, &before, &after)?;
                 self.move_network(Some(&mut orbits.history), slow.as_mut(), [&before, &after], &mean)?;
-            } else if let Some(base) = beside {
+            } else if let Some((base, _)) = &beside {
                 self.move_network(None, slow.as_mut(), [&before, &after], &mean)?;
-                base.add_its_change(self.engine)?;
+                if base.run_mean.is_none() {
+                    base.add_its_change(self.engine)?;
+                }
                 (self.progress)();
                 break;
             }
@@ -106,6 +108,22 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
         }
         self.engine.set_coarse(false);
         Ok(Some(orbits.done))
+    }
+
+    /// Passes an orbit, or the run in its place. Returns what was before it, and the mean temperatures of the network's nodes [K].
+    fn pass_orbit(
+        &mut self,
+        coarse: bool,
+        beside: Option<&mut (&BaseOrbit, PassRun<'_, E>)>,
+    ) -> Result<(OrbitEnd, Vec<f64>), E> {
+        if let Some((BaseOrbit { run_mean: Some(mean), .. }, pass)) = beside {
+            show_network(self.prepared, self.engine)?;
+            let before = OrbitEnd::new(self.engine)?;
+            pass(self.engine)?;
+            return Ok((before, mean.clone()));
+        }
+        let before = OrbitEnd::new(self.engine)?;
+        Ok((before, self.orbit(coarse)?))
     }
 
     /// Moves a network towards its periodic state, after an orbit with these mean temperatures [K]. Earlier orbits help where there is a history.

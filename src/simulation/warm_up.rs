@@ -6,7 +6,7 @@ use super::check::Check;
 use super::engine::{Engine, EngineError};
 use super::forward::forward;
 use super::keep::{Keep, KeepNothing};
-use super::orbit_end::{BaseOrbit, Displacement, OrbitEnd};
+use super::orbit_end::{BaseOrbit, Displacement, OrbitEnd, PassRun};
 use super::orbits::{Orbits, Periodic};
 use super::parts::Passing;
 use super::prepare::Prepared;
@@ -73,26 +73,28 @@ pub(crate) fn pass_base_orbit(
     WarmUp::<EngineError> { prepared, engine, check: None, stop, progress: &mut || (), keep: &mut KeepNothing }
         .orbit(false)?;
     let end = OrbitEnd::new(engine)?;
-    Ok((!stop.load(Ordering::Relaxed)).then_some(BaseOrbit { state, start, end }))
+    Ok((!stop.load(Ordering::Relaxed)).then_some(BaseOrbit { state, start, end, run_mean: None }))
 }
 
 /// Brings the engine of a scene with other values to time 0, as far from the scene as it is as these values make it. A network and structures begin moved by
-/// so many times a displacement. Returns `None` where the state of the scene as it is does not fit: a network may take another plan with other values.
+/// so many times a displacement. Where the orbit of the scene as it is was its run, `pass` makes each orbit. Returns `None` where the state of the scene as it is does not fit: a
+/// network may take another plan with other values.
 ///
 /// # Errors
-/// A call that fails.
-pub(crate) fn start_beside(
+/// A call that fails, or an error of `pass`.
+pub(crate) fn start_beside<E: From<EngineError>>(
     prepared: &Prepared,
     engine: &mut dyn Engine,
     (base, shift): (&BaseOrbit, Option<(&Displacement, f64)>),
     (tolerance, stop): (f64, &AtomicBool),
-    progress: &mut dyn FnMut(),
-) -> Result<Option<Periodic>, EngineError> {
+    pass: PassRun<'_, E>,
+) -> Result<Option<Periodic>, E> {
     if base.restore(engine, shift).is_err() {
         return Ok(None);
     }
-    let mut warm_up = WarmUp::<EngineError> { prepared, engine, check: None, stop, progress, keep: &mut KeepNothing };
-    let went = warm_up.pass_orbits(tolerance, Some(&Orbits::new(tolerance, false)), Some(base))?;
+    let (progress, keep): (&mut dyn FnMut(), &mut dyn Keep<E>) = (&mut || (), &mut KeepNothing);
+    let mut warm_up = WarmUp { prepared, engine, check: None, stop, progress, keep };
+    let went = warm_up.pass_orbits(tolerance, Some(&Orbits::new(tolerance, false)), Some((base, pass)))?;
     give_back_freed_memory();
     Ok(went)
 }

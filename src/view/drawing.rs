@@ -137,7 +137,7 @@ pub(crate) fn draw(
     if !image.error.is_empty() {
         planes.errors("error", &image.error);
     }
-    common.sigma.iter().for_each(|sigma| planes.uncertainty(&sigma.draw(prepared, &image, step)));
+    common.sigma.iter().for_each(|sigma| planes.uncertainty(&sigma.draw(prepared, &image)));
     for (cause, name) in CHANNELS.into_iter().enumerate().filter(|_| !image.budget.is_empty()) {
         planes.gains(name, image.budget.iter().map(|budget| budget[cause]));
     }

@@ -1,10 +1,9 @@
 """A craft of the newcomer's own as glTF, and what a hand calculation says of its temperatures."""
 
-import json
-import struct
 from pathlib import Path
 
 import numpy as np
+from oracle import gltf
 
 SIGMA = 5.670374419e-8
 EARTH_RADIUS = 6371e3
@@ -51,48 +50,10 @@ def _quads() -> dict[str, tuple[str, list[np.ndarray]]]:
 
 def write(path: Path) -> None:
     """Writes the craft as one binary glTF with flat normals."""
-    data, views, accessors, meshes, nodes = b"", [], [], [], []
-    materials = ["PAINT_WHITE", "MLI_GOLD", "CELLS"]
-
-    def accessor(array: np.ndarray, kind: str, component: int, **more: list) -> int:
-        nonlocal data
-        views.append({"buffer": 0, "byteOffset": len(data), "byteLength": array.nbytes})
-        accessors.append({"bufferView": len(views) - 1, "componentType": component, "count": len(array), "type": kind, **more})
-        data += array.tobytes()
-        return len(accessors) - 1
-
-    for name, (material, faces) in _quads().items():
-        places, normals, triangles = [], [], []
-        for face in faces:
-            normal = np.cross(face[1] - face[0], face[2] - face[0])
-            first = len(places)
-            places += list(face)
-            normals += [normal / np.linalg.norm(normal)] * len(face)
-            triangles += [index for i in range(1, len(face) - 1) for index in (first, first + i, first + i + 1)]
-        places, normals = np.array(places, "<f4"), np.array(normals, "<f4")
-        attributes = {
-            "POSITION": accessor(places, "VEC3", 5126, min=places.min(0).tolist(), max=places.max(0).tolist()),
-            "NORMAL": accessor(normals, "VEC3", 5126),
-        }
-        indices = accessor(np.array(triangles, "<u4"), "SCALAR", 5125)
-        meshes.append({"primitives": [{"attributes": attributes, "indices": indices, "material": materials.index(material)}]})
-        nodes.append({"name": name, "mesh": len(meshes) - 1})
-    head = json.dumps(
-        {
-            "asset": {"version": "2.0"},
-            "scene": 0,
-            "scenes": [{"nodes": list(range(len(nodes)))}],
-            "nodes": nodes,
-            "meshes": meshes,
-            "materials": [{"name": name} for name in materials],
-            "buffers": [{"byteLength": len(data)}],
-            "bufferViews": views,
-            "accessors": accessors,
-        }
-    ).encode()
-    head += b" " * (-len(head) % 4)
-    chunks = struct.pack("<I4s", len(head), b"JSON") + head + struct.pack("<I4s", len(data), b"BIN\0") + data
-    path.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks)
+    triangles = {
+        name: [face[[0, i, i + 1]] for face in faces for i in range(1, len(face) - 1)] for name, (_, faces) in _quads().items()
+    }
+    gltf.write(path, [gltf.Part(name, material, np.array(triangles[name])) for name, (material, _) in _quads().items()])
 
 
 def corners() -> np.ndarray:

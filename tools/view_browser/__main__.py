@@ -14,9 +14,8 @@ def main() -> None:
     parser.add_argument("--look", nargs=2, metavar=("SCENE", "FOLDER"), help="open the page of a scene instead, use it, and leave pictures in a folder")
     parser.add_argument("--seconds", type=float, default=10.0, help="how long to count")
     parser.add_argument("--pictures", type=Path, help="folder for the pictures of the station, dark and light")
-    parser.add_argument("--device", help="the device, as for isotherm")
-    arguments = parser.parse_args()
-    more = ["--device", arguments.device] if arguments.device else []
+    # Others are options of isotherm, such as --device.
+    arguments, more = parser.parse_known_args()
     if arguments.rate:
         print_rates(arguments.rate, arguments.seconds, more)
     elif arguments.look:

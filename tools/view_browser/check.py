@@ -73,7 +73,7 @@ def look(scene: str, folder: Path, more: list[str]) -> None:
             assert not looker.wrong, looker.wrong
             context.close()
         browser.close()
-        print(f"view_check: {text.splitlines()[0]} in the middle; pictures are in {folder}")
+        print(f"view_check: {' '.join(text.split())} in the middle; pictures are in {folder}")
 
 
 def check(pictures: Path | None, more: list[str]) -> None:

@@ -93,7 +93,6 @@ pub(crate) fn header() -> FrameHeader {
         joints: vec![("wing, 左".into(), DMat4::from_rotation_y(1.0 / 3.0)), ("mast".into(), DMat4::IDENTITY)],
         parts: vec!["Hull=1; left".into(), "太陽電池".into()],
         materials: vec!["white".into(), "black".into()],
-        causes: Vec::new(),
     }
 }
 

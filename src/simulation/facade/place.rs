@@ -73,7 +73,9 @@ impl Simulation {
     /// # Errors
     /// There is no such joint, it plays an animation, or the position lies outside its limits.
     pub fn set_joint(&mut self, name: &str, position: f64) -> Result<(), SimulationError> {
-        Ok(self.prepared.loads.set_joint(name, position, self.time)?)
+        self.prepared.loads.set_joint(name, position, self.time)?;
+        self.turned = true;
+        Ok(())
     }
 
     /// Checks positions of joints [rad or m] by their names, without a change.

@@ -52,7 +52,7 @@ impl Simulation {
         if let Some(network) = &self.prepared.network {
             network.forget_powers();
         }
-        (self.placed, self.begun, self.time) = (false, true, time);
+        (self.placed, self.turned, self.begun, self.time) = (false, false, true, time);
         let step = self.prepared.scene.time.step;
         self.last = (time > 0.0).then_some(Passing { start: time - step, end: time, steps: 1.0 });
         self.restore_errors(saved)

@@ -132,7 +132,28 @@ fn a_scene_that_asks_has_errors_in_its_radiance() {
     .expect("it runs");
     assert_eq!(images, 2);
 
+    // The solar constant is known within 4 %, which is two standard deviations.
+    let asks = "[uncertainty]\n[[uncertainty.parameter]]\nvary = \"solar_constant\"\npercent = 4\n";
+    workshop.0.write("scene.toml", &format!("{scene}\n{asks}"));
+    workshop.whole("uncertain");
+    workshop.0.write("scene.toml", &scene.replace("solar_constant = 1361", "solar_constant = 1374.61"));
+    workshop.whole("more");
+    let (mut stated, mut known) = (0.0, 0.0);
+    for (name, _) in workshop.tree("more").into_iter().filter(|(name, _)| name.ends_with(".exr")) {
+        let [uncertain, more] =
+            ["uncertain", "more"].map(|set| read_exr(&workshop.path(set).join(&name)).expect("an image").0);
+        assert_eq!(*uncertain.sigma.causes, ["solar_constant"]);
+        assert!(uncertain.sigma.radiance.is_empty() && more.sigma.cause.is_empty());
+        let of_pixels = uncertain.temperature.iter().zip(&more.temperature).map(|(now, more)| f64::from(more - now));
+        for (sigma, change) in uncertain.sigma.temperature.iter().zip(of_pixels) {
+            (stated, known) = (stated + f64::from(*sigma), known + 2.0 * change.abs());
+        }
+    }
+    println!("T_sigma: {stated:.1} K over all pixels, by a change {known:.1} K");
+    assert!(known > 10.0 && (stated / known - 1.0).abs() < 0.03 && (1.1 * stated / known - 1.0).abs() > 0.03);
+
     workshop.change(&[(r#"images = ["numbers", "radiance"]"#, r#"images = ["numbers"]"#)]);
+    workshop.0.write("scene.toml", &format!("{scene}\n[shadows]\n[output]\nerror = true\n"));
     let error = workshop.make("other", (0, 1), Begin::Fresh).expect_err("no place for errors").to_string();
     assert!(error.contains("T_error") && error.contains("radiance"), "{error}");
     workshop.0.write("scene.toml", &format!("{scene}\n[shadows]\n[uncertainty]\n"));

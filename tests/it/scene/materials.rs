@@ -66,6 +66,8 @@ fn rules_of_parts_give_their_surfaces_a_material_of_their_own() {
     let scene = folder.parse(&format!("{before}{wrong}")).expect("a scene");
     let error = scene.materials.resolve(&model, &mut Vec::new()).expect_err("no values").to_string();
     assert!(error.contains("'wing_*' is the name of a part"), "{error}");
+    // A default takes its place, so a remark says it.
+    assert!(scene.materials.idle_patterns(&model)[0].contains("but a part"));
 }
 
 #[test]
