@@ -25,7 +25,7 @@ use crate::simulation::target::Target;
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  isotherm fit scene.toml --measured telemetry.csv --parameters parameters.toml -o out/fit\n  \
-isotherm fit scene.toml --measured telemetry.csv frames/*.exr --parameters parameters.toml -o out/fit\n  \
+isotherm fit scene.toml --measured t.csv frames/*.exr --parameters parameters.toml -o out/fit\n  \
 isotherm fit network.toml --measured telemetry.csv --parameters parameters.toml -o out/fit"
 )]
 pub(crate) struct Arguments {

@@ -36,7 +36,7 @@ use crate::text::plain_json;
 /// materials and parts.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm info\n  isotherm info models/station.toml\n  \
-isotherm info models/station.glb --json\n  isotherm info models/station.toml --network network/")]
+isotherm info models/station.glb --json\n  isotherm info models/cubesat_conduction.toml --network network/")]
 pub(crate) struct Arguments {
     /// Scene or model
     file: Option<PathBuf>,

@@ -5,6 +5,7 @@
 
 mod boxes;
 mod closed;
+pub(crate) mod corner;
 mod joint_trees;
 mod jointed;
 mod kept_light;

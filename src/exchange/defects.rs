@@ -82,12 +82,38 @@ impl Defects {
             ),
             (self.without_area, ["triangle", "triangles"], "without area; no ray starts or ends there"),
         ];
-        let some = told.into_iter().filter(|(count, ..)| *count > 0);
-        let in_words = |(count, [one, several], what): (usize, [&str; 2], &str)| {
-            format!("[exchange]: {count} {} {what}.", if count == 1 { one } else { several })
-        };
-        some.map(in_words).collect()
+        in_words("exchange", &told)
     }
+
+    /// Messages for the user about a surface that casts shadows, one for each kind of defect that occurs.
+    pub(crate) fn of_shadows(&self) -> Vec<String> {
+        let told = [
+            (
+                self.open_edges,
+                ["open edge", "open edges"],
+                "on skins that take light outside only; sunlight that passes there meets inner faces, which take none",
+            ),
+            (
+                self.coincident,
+                ["triangle", "triangles"],
+                "exactly on another; which of the two hides the other is not clear",
+            ),
+            (
+                self.inward,
+                ["closed body", "closed bodies"],
+                "with normals that look inwards; the side that the Sun meets takes no light",
+            ),
+        ];
+        in_words("shadows", &told)
+    }
+}
+
+fn in_words(section: &str, told: &[(usize, [&str; 2], &str)]) -> Vec<String> {
+    let some = told.iter().filter(|(count, ..)| *count > 0);
+    let one = |(count, [one, several], what): &(usize, [&str; 2], &str)| {
+        format!("[{section}]: {count} {} {what}.", if *count == 1 { one } else { several })
+    };
+    some.map(one).collect()
 }
 
 /// Number of the place of each node.

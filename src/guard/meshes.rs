@@ -20,7 +20,7 @@ pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], facts: &[Material
             check: "mesh",
             about: named("part", &parts(prepared, &coarse)),
             message: format!(
-                "edges of {} m are too coarse for shadows: only corners know whether they are lit, and the craft measures {} m",
+                "edges of {} m are too coarse for shadows: a node has the mean light of its cell, and the craft measures {} m",
                 short(longest(&coarse)),
                 short(extent)
             ),

@@ -13,7 +13,6 @@ mod animation;
 mod buffer;
 mod collapse;
 mod container;
-pub(crate) mod corner;
 mod document;
 mod error;
 mod format;

@@ -132,18 +132,12 @@ pub(crate) fn between_budgets(before: &[Budget], after: &[Budget], share: f64) -
     before.iter().zip(after).map(mix).collect()
 }
 
-/// Area over which a node takes and emits light [m2].
-pub(super) fn lit_area(prepared: &Prepared, slot: usize) -> f64 {
-    let of_network = prepared.network.as_ref().and_then(|network| network.load_area(slot));
-    of_network.unwrap_or(prepared.nodes.areas[slot])
-}
-
 /// The heat of each part by each cause [W], and the area of the part [m2].
 pub(crate) fn part_heat(prepared: &Prepared, budgets: &[Budget]) -> Vec<(Budget, f64)> {
     let nodes = &prepared.nodes;
     let mut sums = vec![([0.0; CAUSES], 0.0); prepared.parts.len()];
     for (slot, _) in nodes.real() {
-        let area = lit_area(prepared, slot);
+        let area = prepared.light_area(slot);
         let (sum, whole) = &mut sums[nodes.group_part[slot / GROUP] as usize];
         sum.iter_mut().zip(budgets[slot]).for_each(|(sum, gain)| *sum += area * gain);
         *whole += area;

@@ -88,9 +88,7 @@ pub(crate) fn heat_tables(prepared: &Prepared) -> HeatTables {
             }
         }
     }
-    let network = prepared.network.as_ref();
-    let area = |slot: usize| network.and_then(|network| network.load_area(slot)).unwrap_or(nodes.areas[slot]);
-    HeatTables { runs, areas: (0..nodes.areas.len()).map(area).collect() }
+    HeatTables { runs, areas: (0..nodes.areas.len()).map(|slot| prepared.light_area(slot)).collect() }
 }
 
 /// The sums of a run under way.

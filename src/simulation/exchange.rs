@@ -6,7 +6,7 @@ use glam::DAffine3;
 
 use super::exchange_poses::{Finding, Posed, PosedState, RowsBetween};
 use super::exchange_shared::{ExchangesInUse, RaysOfCraft, SharedRows};
-use super::network::SceneNetwork;
+use super::network::{SceneNetwork, light_area};
 use crate::environment::StepLoad;
 use crate::environment::shadow::Lit;
 use crate::exchange::bundles::SkyBundles;
@@ -72,19 +72,7 @@ impl ExchangeCraft {
         network: Option<&SceneNetwork>,
         materials: &[Material],
     ) -> Result<Self, String> {
-        let slots = 0..nodes.vertex_of_node.len();
-        let area = |slot: usize| network.and_then(|network| network.load_area(slot)).unwrap_or(nodes.areas[slot]);
-        let joint = |slot: usize| if nodes.vertex_of_node[slot] == PADDING { 0 } else { nodes.joint(slot) };
-        let surface = PatchSurface {
-            positions: nodes.positions.iter().map(|position| position.as_dvec3()).collect(),
-            normals: nodes.normals.iter().map(|normal| normal.as_dvec3()).collect(),
-            areas: slots.clone().map(area).collect(),
-            parts: slots.clone().map(|slot| nodes.group_part[slot / GROUP]).collect(),
-            materials: slots.clone().map(|slot| nodes.group_material[slot / GROUP]).collect(),
-            joints: slots.map(joint).collect(),
-            // The triangles between the runs of joints have no area.
-            triangles: triangles.iter().copied().filter(|[a, b, c]| a != b && b != c).collect(),
-        };
+        let surface = patch_surface(nodes, triangles, network);
         let edge = settings.patch_edge.unwrap_or_else(|| (surface.areas.iter().sum::<f64>() / PATCHES).sqrt());
         let settings = ExchangeSettings { patch_edge: Some(edge), ..settings };
         let check = |count: usize| match count > MOST_PATCHES {
@@ -347,6 +335,27 @@ impl ExchangeTwin {
         self.absorbed.clone_from(&saved.absorbed);
         Ok(())
     }
+}
+
+fn patch_surface(nodes: &Nodes, triangles: &[[u32; 3]], network: Option<&SceneNetwork>) -> PatchSurface {
+    let slots = 0..nodes.vertex_of_node.len();
+    let area = |slot: usize| light_area(network, nodes, slot);
+    let joint = |slot: usize| if nodes.vertex_of_node[slot] == PADDING { 0 } else { nodes.joint(slot) };
+    PatchSurface {
+        positions: nodes.positions.iter().map(|position| position.as_dvec3()).collect(),
+        normals: nodes.normals.iter().map(|normal| normal.as_dvec3()).collect(),
+        areas: slots.clone().map(area).collect(),
+        parts: slots.clone().map(|slot| nodes.group_part[slot / GROUP]).collect(),
+        materials: slots.clone().map(|slot| nodes.group_material[slot / GROUP]).collect(),
+        joints: slots.map(joint).collect(),
+        // The triangles between the runs of joints have no area.
+        triangles: triangles.iter().copied().filter(|[a, b, c]| a != b && b != c).collect(),
+    }
+}
+
+/// Warnings of a surface that mislead shadows, for a scene without exchange.
+pub(super) fn shadow_warnings(nodes: &Nodes, triangles: &[[u32; 3]], materials: &[Material]) -> Vec<String> {
+    Defects::of(&patch_surface(nodes, triangles, None), materials).of_shadows()
 }
 
 /// The saved state of an exchange.

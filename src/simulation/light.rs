@@ -7,10 +7,10 @@ use glam::DVec3;
 
 use super::network::SceneNetwork;
 use super::pixel_light::PixelLight;
+use crate::environment::shadow::corner::Division;
 use crate::environment::shadow::{Caster, KeptLight, LitAreas, LitNode, LitSurface, Redraw};
 use crate::gpu::effects::image::runs::TriangleRun;
 use crate::gpu::effects::thermal::variant::LightBy;
-use crate::model::corner::Division;
 use crate::model::nodes::{GROUP, Nodes};
 use crate::scene::Scene;
 use crate::thermal::material::{Material, Response, Sides};

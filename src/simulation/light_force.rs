@@ -12,7 +12,7 @@ use std::ops::Add;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::budget::{lit_area, lit_nodes, load_before};
+use super::budget::{lit_nodes, load_before};
 use super::engine::{Engine, EngineError, SurfaceState};
 use super::parts::Passing;
 use super::prepare::Prepared;
@@ -161,7 +161,7 @@ pub(crate) fn light_force(
         .map(|(slot, (on_faces, normal))| PressedNode {
             material: &prepared.materials[prepared.nodes.group_material[slot / GROUP] as usize],
             lever: place[*slot] - about,
-            area: lit_area(prepared, *slot),
+            area: prepared.light_area(*slot),
             normal,
             outward: outward[*slot],
             on_faces,

@@ -74,6 +74,11 @@ pub struct SceneNetwork {
     horizon: f64,
 }
 
+/// Area on which the light of a device node falls [m2].
+pub(super) fn light_area(network: Option<&SceneNetwork>, nodes: &Nodes, slot: usize) -> f64 {
+    network.and_then(|network| network.load_area(slot)).unwrap_or(nodes.areas[slot])
+}
+
 impl SceneNetwork {
     /// The network.
     pub fn network(&self) -> &Network {

@@ -42,7 +42,11 @@ const INTERVAL: f64 = 0.15;
 /// Time constants that are stepped through.
 const MEMORY: f64 = 8.0;
 /// Most intervals of the past.
-const INTERVALS: f64 = 48.0;
+const INTERVALS: u32 = 48;
+/// Intervals before an image that are as short as the last one.
+const RECENT: u32 = 32;
+/// Length of an older interval over the length of a recent one: what it brought has faded.
+const OLDER: u32 = 4;
 /// Most intervals whose shadows are kept.
 const SHADOWS: usize = 3;
 /// Light below which nodes show what a place absorbs [W/m2].
@@ -52,7 +56,7 @@ const LEAST_LIGHT: f64 = 0.05;
 pub(crate) struct PixelLight {
     surface: FoilSurface,
     light: LitAreas,
-    /// Length of an interval of the past [s], and how many there are.
+    /// Length of a recent interval of the past [s], and how many intervals there are.
     interval: f64,
     count: u32,
     start: Beginning,
@@ -64,7 +68,7 @@ pub(crate) struct PixelLight {
     known: Mutex<Known>,
 }
 
-/// What was found before.
+/// What was found before. The values that were used last stand at the end.
 #[derive(Default)]
 struct Known {
     moments: VecDeque<Arc<Moment>>,
@@ -101,8 +105,9 @@ impl PixelLight {
         let step = scene.time.step;
         let times = || surface.foils.iter().flatten().map(Foil::time_constant);
         let (shortest, longest) = (times().fold(f64::INFINITY, f64::min), times().fold(0.0, f64::max));
-        let stride = (INTERVAL * shortest).max(MEMORY * longest / INTERVALS) / step;
+        let stride = (INTERVAL * shortest).max(MEMORY * longest / whole(INTERVALS)) / step;
         let interval = step * stride.floor().max(1.0);
+        let is_long = |count: &u32| whole(*count) * interval >= MEMORY * longest;
         let has_past = scene.time.warm_up_orbits > 0.0 || scene.time.periodic.is_some();
         let start = match scene.initial {
             _ if has_past => Beginning::Past,
@@ -111,7 +116,7 @@ impl PixelLight {
         };
         Some(Self {
             trees: light.trees(),
-            count: (MEMORY * longest / interval).ceil().clamp(1.0, INTERVALS) as u32,
+            count: (1..INTERVALS).find(is_long).unwrap_or(INTERVALS),
             surface,
             light,
             interval,
@@ -126,16 +131,18 @@ impl PixelLight {
         // A beginning is looked for further back.
         let (first, count) = match self.start {
             Beginning::Past => (f64::NEG_INFINITY, self.count),
-            _ => (0.0, INTERVALS as u32),
+            _ => (0.0, INTERVALS),
         };
-        let begin = (time - f64::from(count) * self.interval).max(first);
+        let begin = (time - whole(count) * self.interval).max(first);
         loads.sky_model().check(begin.min(time), time).ok()?;
         let moment = |start, end, held| self.moment(loads, materials, start, end, held);
         let mut moments = Vec::new();
         let mut end = time;
         while moments.len() < count as usize && end > first + 1e-9 * self.interval {
-            let start = ((end / self.interval - 1e-9).ceil() - 1.0) * self.interval;
-            moments.push(moment(start.max(first), end, start + self.interval));
+            let older = if moments.len() < RECENT as usize { 1 } else { OLDER };
+            let length = f64::from(older) * self.interval;
+            let start = ((end / length - 1e-9).ceil() - 1.0) * length;
+            moments.push(moment(start.max(first), end, start + length));
             end = start;
         }
         let begins_in_view = end <= first + 1e-9 * self.interval;
@@ -153,8 +160,13 @@ impl PixelLight {
         let whole = if held > end { loads.step_load(start, held) } else { load.clone() };
         let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let key = Moment::key(&load, &whole, end);
-        let found = known().moments.iter().find(|moment| moment.key == key).cloned();
-        if let Some(moment) = found {
+        let again = |known: &mut Known| {
+            let place = known.moments.iter().position(|moment| moment.key == key)?;
+            let moment = known.moments.remove(place)?;
+            known.moments.push_back(Arc::clone(&moment));
+            Some(moment)
+        };
+        if let Some(moment) = again(&mut known()) {
             return moment;
         }
         let held = known().shadows.iter().find(|shadows| shadows.are_of(&whole)).cloned();
@@ -174,7 +186,12 @@ impl PixelLight {
     }
 }
 
-/// Keeps a value among the newest.
+/// Recent intervals that are as long as so many intervals.
+fn whole(count: u32) -> f64 {
+    f64::from(count.min(RECENT) + OLDER * count.saturating_sub(RECENT))
+}
+
+/// Keeps a value among the last ones.
 fn keep<T>(all: &mut VecDeque<Arc<T>>, one: &Arc<T>, most: usize) {
     all.push_back(Arc::clone(one));
     if all.len() > most {

@@ -4,11 +4,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::emissivity;
-use super::exchange::ExchangeCraft;
+use super::exchange::{ExchangeCraft, shadow_warnings};
 use super::given::GivenTemperatures;
 use super::joints;
 use super::light::SceneLight;
-use super::network::{self, SceneNetwork};
+use super::network::{self, SceneNetwork, light_area};
 use super::pixel_light::PastLight;
 use super::prepare_error::{PrepareError, PrepareStage};
 use super::prepare_names;
@@ -185,6 +185,9 @@ impl Prepared {
         let like = like.and_then(|like| like.exchange.as_ref());
         let exchange = steps::exchange(&scene, &nodes, &triangles, network.as_deref(), &materials, like)?;
         warnings.extend(exchange.iter().flat_map(|craft| craft.warnings()));
+        if exchange.is_none() && scene.shadows.is_some() {
+            warnings.extend(shadow_warnings(&nodes, &triangles, &materials));
+        }
         Ok(Self {
             light: light.with_pixels(&scene, (&nodes, &triangles, &materials), network.as_ref()),
             exchange,
@@ -256,6 +259,11 @@ impl Prepared {
     /// The lit areas of some nodes. `None` where there is no Sun, or where normals tell the light.
     pub fn lit_areas(&self, slots: impl Iterator<Item = usize>) -> Option<LitAreas> {
         self.light.lit_areas(&self.nodes, &self.materials, slots)
+    }
+
+    /// Area on which the light of a node falls [m2].
+    pub fn light_area(&self, slot: usize) -> f64 {
+        light_area(self.network.as_deref(), &self.nodes, slot)
     }
 
     /// The light up to the time of an image [s], where pixels have light of their own and the craft's way there is known.

@@ -58,9 +58,12 @@ fn info_lists_the_passes_that_a_run_records() {
         let is_culled = |pass: &&str| *pass == "cull";
         let has = |frame: &&Vec<String>, pass: &str| frame.iter().any(|one| one.starts_with(pass));
         let image = frames.iter().find(|frame| has(frame, "cull")).expect("an image");
-        // The first step has the load for which the craft was settled.
-        let step = frames.iter().rev().find(|frame| has(frame, "read radiance") && has(frame, "thermal_step"));
-        let recorded: Vec<&str> = step.expect("a step with an image").iter().map(String::as_str).collect();
+        // The first step has the load for which the craft was settled. An image that needs the temperatures of its step has a frame after it.
+        let step = frames.iter().rposition(|frame| has(&frame, "thermal_step")).expect("a step");
+        let is_whole = has(&&frames[step], "read radiance");
+        let of_step = &frames[step..=step + usize::from(!is_whole)];
+        assert!(of_step.iter().any(|frame| has(&frame, "read radiance")), "{name}: an image");
+        let recorded: Vec<&str> = of_step.iter().flatten().map(String::as_str).collect();
         let drawn: Vec<&str> = image.iter().map(String::as_str).collect();
         let count = |passes: &[&str]| passes.iter().copied().filter(|pass| is_culled(pass)).count();
         let others =

@@ -40,7 +40,7 @@ fn apart(
         let areas = light.under(sun, poses);
         let of_node = |(slot, lit): (&usize, &LitArea)| {
             let vector = poses.get(nodes.joint(*slot) as usize).map_or(lit.vector, |pose| pose.matrix3 * lit.vector);
-            nodes.areas[*slot] * vector.dot(sun).max(0.0) * scale(nodes.positions[*slot].as_dvec3())
+            prepared.light_area(*slot) * vector.dot(sun).max(0.0) * scale(nodes.positions[*slot].as_dvec3())
         };
         slots.iter().zip(&areas).map(of_node).sum()
     };

@@ -22,9 +22,10 @@ ROUNDED = 0.0005
 
 
 def chosen(names: list[str], long: bool) -> list[Case]:
-    """The cases that any of some texts begins; all short ones without any."""
+    """The cases of some names, or that a text begins where no case has it as its name; all short ones without any."""
     if names:
-        return [case for case in ALL if any(case.name.startswith(name) for name in names)]
+        whole = {case.name for case in ALL}
+        return [case for case in ALL if any(case.name == name if name in whole else case.name.startswith(name) for name in names)]
     return [case for case in ALL if long or not case.long]
 
 
@@ -146,7 +147,7 @@ def main() -> None:
     checking = commands.add_parser("check", help="hold a program against them")
     commands.add_parser("silhouettes", help="count the areas that craft show to the Sun anew (Embree), for tests/it/silhouette.rs")
     for one in (making, checking):
-        one.add_argument("names", nargs="*", help="cases that begin so [default: all]")
+        one.add_argument("names", nargs="*", help="cases, or how their names begin [default: all]")
         one.add_argument("--long", action="store_true", help="also the long cases")
     checking.add_argument("--isotherm", type=Path, required=True, help="the program")
     checking.add_argument("--work", type=Path, default=HERE.parent.parent / "target" / "oracle" / "work", help="folder for scenes and runs")

@@ -209,7 +209,7 @@ impl PackedLight {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::corner::Division;
+    use crate::environment::shadow::corner::Division;
 
     fn nodes(count: u32) -> Vec<LitNode> {
         let normal = |k: u32| DVec3::new(f64::from(k).sin(), f64::from(k).cos(), 0.3).normalize();

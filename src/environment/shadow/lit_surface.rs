@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::sunward::Caster;
-use crate::model::corner::Division;
+use crate::environment::shadow::corner::Division;
 
 /// Cosine of the angle between the normals of a node and of its triangle below which the node is not flat.
 pub(super) const FLAT: f64 = 1.0 - 1e-7;

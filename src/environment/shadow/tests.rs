@@ -6,8 +6,8 @@ use std::sync::Arc;
 use glam::{DAffine3, DQuat, DVec2, DVec3};
 
 use super::*;
+use crate::environment::shadow::corner::Division;
 use crate::environment::{StepLoad, SunSample};
-use crate::model::corner::Division;
 
 /// A mesh of quadrangles in cells of nodes, each part with nodes of its own.
 #[derive(Default)]

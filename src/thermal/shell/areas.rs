@@ -1,7 +1,7 @@
 //! Areas of nodes. Capacities, loads, emission and contacts all take these areas, so that a uniform value of a surface is the same at every node.
 
 use super::ShellSurface;
-use crate::model::corner::corner_areas;
+use crate::environment::shadow::corner::corner_areas;
 
 /// Area of every drawn vertex [m2]: its shares of the triangles around it.
 pub(super) fn vertex_areas(surface: &ShellSurface) -> Vec<f64> {

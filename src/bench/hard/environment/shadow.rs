@@ -6,9 +6,9 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use crate::bench::hard::case::{CaseScale, HardCase};
+use crate::environment::shadow::corner::Division;
 use crate::environment::shadow::{Caster, LitArea, LitAreas, LitNode, LitSurface, Redraw};
 use crate::environment::{StepLoad, SunSample};
-use crate::model::corner::Division;
 
 /// Edge of the plate, height of the disc above it, and radius of the disc [m].
 const EDGE: f64 = 4.0;

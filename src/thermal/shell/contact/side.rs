@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::super::{NO_NODE, ShellMaterial, ShellSurface};
 use crate::environment::shadow::Tree;
-use crate::model::corner::corner_dots;
+use crate::environment::shadow::corner::corner_dots;
 
 /// Part and material of a triangle.
 pub(super) type Group = [u32; 2];
