@@ -105,7 +105,7 @@ impl PixelLight {
         let step = scene.time.step;
         let times = || surface.foils.iter().flatten().map(Foil::time_constant);
         let (shortest, longest) = (times().fold(f64::INFINITY, f64::min), times().fold(0.0, f64::max));
-        let stride = (INTERVAL * shortest).max(MEMORY * longest / whole(INTERVALS)) / step;
+        let stride = (INTERVAL * shortest).max(MEMORY * longest / f64::from(INTERVALS)) / step;
         let interval = step * stride.floor().max(1.0);
         let is_long = |count: &u32| whole(*count) * interval >= MEMORY * longest;
         let has_past = scene.time.warm_up_orbits > 0.0 || scene.time.periodic.is_some();

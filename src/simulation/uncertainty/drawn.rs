@@ -5,7 +5,7 @@ use crate::simulation::corner_image::draw_corners;
 use crate::simulation::image::Image;
 
 /// Error of a change by light in pixels, over the largest change beside it: found against places that were followed by themselves (`tools/oracle`, `station_cut_1m`).
-const OF_CHANGE: f64 = 0.25;
+const OF_CHANGE: f64 = 1.0 / 3.0;
 
 impl Uncertainty<'_> {
     /// States the error of every pixel of an image [K], from the errors at the end of the last step. `number` is the number of an image at its own time.
