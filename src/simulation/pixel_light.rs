@@ -20,9 +20,6 @@ mod surface;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use glam::DAffine3;
-
-use self::foil_image::FoilImage;
 use self::moments::{DARK, LIT, Moment, NodeLight, Shadows};
 use self::place::Beginning;
 use self::surface::{Foil, FoilSurface, FoilTriangle};
@@ -31,8 +28,6 @@ use crate::environment::Attitude;
 use crate::environment::shadow::{JointTrees, LitAreas};
 use crate::environment::step::StepLoads;
 use crate::model::nodes::Nodes;
-use crate::raster::RasterView;
-use crate::raster::changes::PixelChanges;
 use crate::scene::{Initial, Scene};
 use crate::thermal::material::Material;
 use crate::trace::span;
@@ -45,8 +40,8 @@ const MEMORY: f64 = 8.0;
 const INTERVALS: u32 = 48;
 /// Intervals before an image that are as short as the last one.
 const RECENT: u32 = 32;
-/// Length of an older interval over the length of a recent one: what it brought has faded.
-const OLDER: u32 = 4;
+/// Length of an older interval over the length of a recent one: what it brought has faded. The recent interval in its middle has its shadows.
+const OLDER: u32 = 3;
 /// Most intervals whose shadows are kept.
 const SHADOWS: usize = 3;
 /// Light below which nodes show what a place absorbs [W/m2].
@@ -135,29 +130,30 @@ impl PixelLight {
         };
         let begin = (time - whole(count) * self.interval).max(first);
         loads.sky_model().check(begin.min(time), time).ok()?;
-        let moment = |start, end, held| self.moment(loads, materials, start, end, held);
+        let moment = |start, end, shadows| self.moment(loads, materials, [start, end], shadows);
         let mut moments = Vec::new();
         let mut end = time;
         while moments.len() < count as usize && end > first + 1e-9 * self.interval {
             let older = if moments.len() < RECENT as usize { 1 } else { OLDER };
             let length = f64::from(older) * self.interval;
             let start = ((end / length - 1e-9).ceil() - 1.0) * length;
-            moments.push(moment(start.max(first), end, start + length));
+            let middle = start + f64::from(older / 2) * self.interval;
+            moments.push(moment(start.max(first), end, [middle.max(first), middle + self.interval]));
             end = start;
         }
         let begins_in_view = end <= first + 1e-9 * self.interval;
         if begins_in_view && (self.start == Beginning::Balance || moments.is_empty()) {
-            moments.push(moment(0.0, 0.0, 0.0));
+            moments.push(moment(0.0, 0.0, [0.0; 2]));
         }
         moments.reverse();
         let begins = if begins_in_view { self.start } else { Beginning::Past };
         Some(PastLight { scene: Arc::clone(self), moments, begins })
     }
 
-    /// The light from `start` to `end` [s], with the shadows of the interval that ends at `held`.
-    fn moment(&self, loads: &StepLoads, materials: &[Material], start: f64, end: f64, held: f64) -> Arc<Moment> {
+    /// The light between two times [s], with the shadows between two others.
+    fn moment(&self, loads: &StepLoads, materials: &[Material], [start, end]: [f64; 2], of: [f64; 2]) -> Arc<Moment> {
         let load = loads.step_load(start, end);
-        let whole = if held > end { loads.step_load(start, held) } else { load.clone() };
+        let whole = if of[0] > start || of[1] > end { loads.step_load(of[0], of[1]) } else { load.clone() };
         let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let key = Moment::key(&load, &whole, end);
         let again = |known: &mut Known| {
@@ -203,15 +199,6 @@ impl PastLight {
     /// Whether changes need the temperatures of the nodes.
     pub(crate) fn needs_temperatures(&self) -> bool {
         self.scene.exchange
-    }
-
-    /// What the light of each pixel changes in an image of a lens without distortion, whose joints have these poses and whose nodes, in device order, these
-    /// temperatures [K], where they are needed. `None` where nothing changes.
-    pub(crate) fn changes(&self, view: &RasterView, joints: &[DAffine3], temperatures: &[f64]) -> Option<PixelChanges> {
-        let _finds = span("finding the light of pixels");
-        let temperatures = Some(temperatures).filter(|_| self.needs_temperatures());
-        let changes = FoilImage::new(self, view, joints, temperatures).changes();
-        (!changes.is_empty()).then_some(changes)
     }
 
     /// Whether a triangle is lit at each moment, `None` where a ray has to tell. Empty where its nodes show what each of its places absorbs.

@@ -8,12 +8,13 @@ use super::place::{Places, interpolate};
 use super::surface::FoilTriangle;
 use crate::raster::RasterView;
 use crate::raster::changes::{CoveredPlace, PixelChanges, visit_covered};
+use crate::trace::span;
 
 /// A change below which a pixel stays as it is [K].
 const LEAST_CHANGE: f64 = 1e-3;
 
 /// An image of foil, through a lens without distortion.
-pub(super) struct FoilImage<'a> {
+struct FoilImage<'a> {
     past: &'a PastLight,
     view: &'a RasterView,
     /// Poses of the joints, and their inverses.
@@ -34,19 +35,25 @@ struct SampleChange {
     value: [f32; 2],
 }
 
+impl PastLight {
+    /// What the light of each pixel changes in an image of a lens without distortion, whose joints have these poses and whose nodes, in device order, these
+    /// temperatures [K], where they are needed. `None` where nothing changes.
+    pub(crate) fn changes(&self, view: &RasterView, joints: &[DAffine3], temperatures: &[f64]) -> Option<PixelChanges> {
+        let _finds = span("finding the light of pixels");
+        let temperatures = Some(temperatures).filter(|_| self.needs_temperatures());
+        let changes = FoilImage::new(self, view, joints, temperatures).changes();
+        (!changes.is_empty()).then_some(changes)
+    }
+}
+
 impl<'a> FoilImage<'a> {
-    pub(super) fn new(
-        past: &'a PastLight,
-        view: &'a RasterView,
-        joints: &'a [DAffine3],
-        temperatures: Option<&'a [f64]>,
-    ) -> Self {
+    fn new(past: &'a PastLight, view: &'a RasterView, joints: &'a [DAffine3], temperatures: Option<&'a [f64]>) -> Self {
         let frames = joints.iter().map(DAffine3::inverse).collect();
         Self { past, view, joints, frames, camera: view.camera_from_body.inverse().translation, temperatures }
     }
 
     /// What each pixel changes. The first of its samples that shows a change tells it.
-    pub(super) fn changes(&self) -> PixelChanges {
+    fn changes(&self) -> PixelChanges {
         let mut changes = PixelChanges::none(self.view.width, self.view.height);
         let triangles = &self.past.scene.surface.triangles;
         let all: Vec<SampleChange> = triangles.par_iter().flat_map_iter(|triangle| self.changes_of(triangle)).collect();

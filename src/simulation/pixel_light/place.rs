@@ -5,12 +5,11 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::RECENT;
 use super::moments::{Moment, NodeLight};
 use super::surface::{Foil, FoilSurface, FoilTriangle};
 use crate::environment::shadow::JointTrees;
 
-/// Recent moments between two that are alike, at most, without a ray of their own.
+/// Moments between two that are alike, at most, without a ray of their own.
 const APART: usize = 4;
 /// Most trials of a flux that brings a node to its temperature.
 const TRIALS: usize = 6;
@@ -165,9 +164,7 @@ impl<'a> Places<'a> {
                 continue;
             }
             let is_known = || self.known[low + 1..high].iter().any(|known| *known == Some(!lit[low]));
-            // A shadow may come and go within older intervals, which are longer.
-            let is_recent = low + RECENT as usize >= lit.len();
-            if lit[low] == lit[high] && high - low <= APART && is_recent && !is_known() {
+            if lit[low] == lit[high] && high - low <= APART && !is_known() {
                 let value = lit[low];
                 lit[low + 1..high].fill(value);
                 continue;
