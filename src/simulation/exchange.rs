@@ -22,6 +22,7 @@ use crate::exchange::split::NodeViews;
 use crate::exchange::step::{CraftLight, Exchange, ExchangeSettings, MOST_PATCHES, PATCHES};
 use crate::host::check_memory;
 use crate::model::nodes::{GROUP, Nodes, PADDING};
+use crate::scene::Scene;
 use crate::thermal::material::Material;
 use crate::thermal::memory::cooling;
 use crate::thermal::misfit::{Misfit, check_length};
@@ -353,9 +354,17 @@ fn patch_surface(nodes: &Nodes, triangles: &[[u32; 3]], network: Option<&SceneNe
     }
 }
 
-/// Warnings of a surface that mislead shadows, for a scene without exchange.
-pub(super) fn shadow_warnings(nodes: &Nodes, triangles: &[[u32; 3]], materials: &[Material]) -> Vec<String> {
-    Defects::of(&patch_surface(nodes, triangles, None), materials).of_shadows()
+/// Warnings about a surface that misleads rays between surfaces, or rays to the Sun where there is no exchange.
+pub(super) fn surface_warnings(
+    scene: &Scene,
+    exchange: Option<&ExchangeCraft>,
+    (nodes, triangles, materials): (&Nodes, &[[u32; 3]], &[Material]),
+) -> Vec<String> {
+    match exchange {
+        Some(craft) => craft.warnings(),
+        None if scene.shadows.is_none() => Vec::new(),
+        None => Defects::of(&patch_surface(nodes, triangles, None), materials).of_shadows(),
+    }
 }
 
 /// The saved state of an exchange.

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::emissivity;
-use super::exchange::{ExchangeCraft, shadow_warnings};
+use super::exchange::{ExchangeCraft, surface_warnings};
 use super::given::GivenTemperatures;
 use super::joints;
 use super::light::SceneLight;
@@ -184,10 +184,7 @@ impl Prepared {
         progress(PrepareStage::Patches);
         let like = like.and_then(|like| like.exchange.as_ref());
         let exchange = steps::exchange(&scene, &nodes, &triangles, network.as_deref(), &materials, like)?;
-        warnings.extend(exchange.iter().flat_map(|craft| craft.warnings()));
-        if exchange.is_none() && scene.shadows.is_some() {
-            warnings.extend(shadow_warnings(&nodes, &triangles, &materials));
-        }
+        warnings.extend(surface_warnings(&scene, exchange.as_deref(), (&nodes, &triangles, &materials)));
         Ok(Self {
             light: light.with_pixels(&scene, (&nodes, &triangles, &materials), network.as_ref()),
             exchange,
