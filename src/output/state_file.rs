@@ -244,7 +244,7 @@ mod tests {
         let content = |version: &str, kind: &str| postcard::to_stdvec(&(version, kind, numbers())).unwrap();
         for (bytes, expected) in [
             (with(1, &[4, 3, 2, 1]), "was written by an earlier version of isotherm"),
-            (with(FORMAT + 1, &[]), "has format 5, and this program reads format 4"),
+            (with(FORMAT + 1, &[]), "has format 6, and this program reads format 5"),
             (
                 with(FORMAT, &content("0.0.7", Numbers::KIND)),
                 "was written by version 0.0.7 of isotherm, and this is version",
