@@ -1,4 +1,4 @@
-// Rough mirrors, from the tables of their lobes. A word of a table has a value and the next one. Twin: src/thermal/lobe.rs, which also makes the tables.
+// Rough mirrors, from the tables of their lobes. Twin: src/thermal/lobe.rs, which also makes the tables.
 
 const float VIEWS = 33.0;
 const float SIDES = 17.0;
@@ -6,7 +6,7 @@ const float LIMBS = 65.0;
 const float LOBE_VALUES = VIEWS * SIDES * LIMBS + VIEWS;
 const float LEAST_VIEW = 1e-3;
 
-layout(set = 0, binding = LOBE_BINDING) readonly buffer LobesBlock { uint lobes[]; };
+layout(set = 0, binding = LOBE_BINDING) readonly buffer LobesBlock { float lobes[]; };
 
 // A place between two nodes of an axis: the first one and the way to the next.
 vec2 between(float place, float nodes) {
@@ -19,10 +19,8 @@ float place_of(float view) {
     return sqrt(max(1.0 - sqrt(view), 0.0)) * (VIEWS - 1.0);
 }
 
-// Value between one of the table and the next.
 float along_limb(uint first, float way) {
-    vec2 pair = unpackUnorm2x16(lobes[first]);
-    return mix(pair.x, pair.y, way);
+    return mix(lobes[first], lobes[first + 1u], way);
 }
 
 // Share of a lobe that meets the planet.
@@ -57,7 +55,8 @@ float masking(float cosine, float roughness) {
 // Sum of the lobe over the hemisphere.
 float lobe_sum(Reflector reflector, float view) {
     vec2 cell = between(place_of(view), VIEWS);
-    return along_limb(uint(reflector.lobe) + uint(VIEWS * SIDES * LIMBS) + uint(cell.x), cell.y);
+    uint sums = uint(reflector.lobe) + uint(VIEWS * SIDES * LIMBS) + uint(cell.x);
+    return mix(lobes[sums], lobes[sums + 1u], cell.y);
 }
 
 // Reflected radiance over irradiance across its rays for light from one direction.

@@ -22,22 +22,18 @@ float one_view_factor(float cos_tilt, float sine, float cosine) {
 #endif
 
 #ifdef MAP
-const float MEAN_SIDE = 73.0;
+const float MEAN_COLUMNS = 96.0;
+const float MEAN_ROWS = 48.0;
 
-layout(set = 0, binding = 18) readonly buffer PlanetMeansBlock { uint planet_means[]; };
+layout(set = 0, binding = 18) readonly buffer PlanetMeansBlock { float planet_means[]; };
 
-// Mean of the planet over the part of its disc that a kind of surface sees along a direction, from a table on an unfolded octahedron. A word has two values of a row.
-// Twin: src/thermal/direction_table.rs.
+// Mean of the planet over the part of its disc that a kind of surface sees along a direction.
 float planet_mean(float kind, vec3 direction) {
-    vec3 axis = on_map(direction);
-    vec2 upper = axis.xy / (abs(axis.x) + abs(axis.y) + abs(axis.z));
-    vec2 lower = (vec2(1.0) - abs(upper.yx)) * mix(vec2(1.0), vec2(-1.0), lessThan(upper, vec2(0.0)));
-    vec2 place = (0.5 * (axis.z < 0.0 ? lower : upper) + vec2(0.5)) * (MEAN_SIDE - 1.0);
-    vec2 cell = min(floor(place), vec2(MEAN_SIDE - 2.0));
-    vec2 way = place - cell;
-    uint first = uint((kind * MEAN_SIDE + cell.y) * MEAN_SIDE + cell.x);
-    vec2 row = mix(unpackUnorm2x16(planet_means[first]), unpackUnorm2x16(planet_means[first + uint(MEAN_SIDE)]), way.y);
-    return planet_view.z.w * mix(row.x, row.y, way.x);
+    MapPlace place = map_place(on_map(direction), MEAN_COLUMNS, MEAN_ROWS);
+    uvec4 cells = place.cells + uvec4(uint(kind * MEAN_COLUMNS * (MEAN_ROWS + 2.0)));
+    float above = mix(planet_means[cells.x], planet_means[cells.y], place.way.x);
+    float below = mix(planet_means[cells.z], planet_means[cells.w], place.way.x);
+    return mix(above, below, place.way.y);
 }
 #endif
 

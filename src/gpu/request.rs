@@ -64,9 +64,9 @@ pub struct Request<'a> {
     /// Time of the image [s], for a sensor. Without it the sensor sees nothing.
     pub time: Option<f64>,
     /// What surrounds the craft in the image, and the lobes of all rough mirrors before the planet. Without a value the image takes the value of the slot's last image.
-    pub surroundings: Option<(layout::Surroundings, &'a [u32])>,
+    pub surroundings: Option<(layout::Surroundings, &'a [f32])>,
     /// Axes of the map of a planet that is not uniform, and its means over the direction of a surface.
-    pub planet: Option<(layout::PlanetView, &'a [u32])>,
+    pub planet: Option<(layout::PlanetView, &'a [f32])>,
     /// What reflections of the craft need. Without a value the image takes the value of the slot's last image.
     pub traced: Option<TracedTree<'a>>,
     /// What pixels show.

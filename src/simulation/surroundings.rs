@@ -19,13 +19,14 @@ use crate::model::nodes::GROUP;
 use crate::raster::traced::LARGEST_REFLECTED;
 use crate::scene::{Background, Reflections, SUNNY, Scene, SceneBand, Surrounded};
 use crate::thermal::crinkle::crinkled;
-use crate::thermal::direction_table;
 use crate::thermal::emissivity::BandEmissivity;
 use crate::thermal::emissivity_table::{EmissivityTable, TABLE_VALUES};
 use crate::thermal::lobe::{LOBE_VALUES, Lobe};
 use crate::thermal::material::Material;
 use crate::thermal::passband::Passband;
-use crate::thermal::planet_map::{DayLaw, Equirectangular, MEANS_ANGLE, MapAxes, PlanetPattern, SeenPlanet};
+use crate::thermal::planet_map::{
+    DayLaw, Equirectangular, MEAN_VALUES, MEANS_ANGLE, MapAxes, PlanetPattern, SeenPlanet,
+};
 use crate::thermal::radiance::{RadianceTable, band_radiance};
 use crate::thermal::surroundings::{BandReflector, Looks, SUN_TEMPERATURE, Surroundings};
 
@@ -320,8 +321,7 @@ pub(crate) struct MappedPlanet {
     /// Where it was looked at.
     place: Option<(DVec3, ApparentRadius)>,
     seen: Option<SeenPlanet>,
-    /// The means for the device, and the largest of them.
-    rounded: (Vec<u32>, f32),
+    rounded: Vec<f32>,
     /// The albedos of its places, where they have a map.
     lit: Option<LitPlanet>,
 }
@@ -355,7 +355,7 @@ impl MappedPlanet {
         let map = Arc::new(Equirectangular::of_directions(size, |_| own / whole));
         let shares = [own / whole, daylight / whole];
         let lit = Some(LitPlanet { albedos, shares, sun: None, is_new: false });
-        Self { map, roughnesses, place: None, seen: None, rounded: Default::default(), lit }
+        Self { map, roughnesses, place: None, seen: None, rounded: Vec::new(), lit }
     }
 
     /// Lets the Sun shine on a planet with a map of albedos, from a direction in the axes of the map.
@@ -397,11 +397,11 @@ impl MappedPlanet {
         };
         let values = temperatures.values.par_iter().enumerate().map(relative).collect();
         let map = Arc::new(Equirectangular { columns: temperatures.columns, rows: temperatures.rows, values });
-        Self { map, roughnesses, place: None, seen: None, rounded: Default::default(), lit: None }
+        Self { map, roughnesses, place: None, seen: None, rounded: Vec::new(), lit: None }
     }
 
     fn mean_values(&self) -> usize {
-        self.roughnesses.as_ref().map_or(0, |roughnesses| (1 + roughnesses.len()) * direction_table::SIDE.pow(2))
+        self.roughnesses.as_ref().map_or(0, |roughnesses| (1 + roughnesses.len()) * MEAN_VALUES)
     }
 
     /// Makes the means anew where the planet has moved.
@@ -417,25 +417,15 @@ impl MappedPlanet {
             Some(roughnesses) => SeenPlanet::new(&self.map, nadir, disc, roughnesses),
             None => SeenPlanet { map: Arc::clone(&self.map), means: Vec::new() },
         };
-        let values = || seen.means.iter().flat_map(|mean| mean.values.iter().copied());
-        let largest = values().fold(f32::MIN_POSITIVE, f32::max);
-        self.rounded = (paired(values().map(|value| value / largest)), largest);
+        self.rounded = seen.means.iter().flat_map(|mean| mean.values.iter().copied()).collect();
         self.seen = Some(seen);
     }
 
     /// The values of an image for the device: the axes of the map in camera axes, and the means.
-    pub(crate) fn told(&self, around: &Surroundings) -> Option<(layout::PlanetView, &[u32])> {
+    pub(crate) fn told(&self, around: &Surroundings) -> Option<(layout::PlanetView, &[f32])> {
         let axes = around.map_from_camera?;
-        let (means, largest) = &self.rounded;
-        Some((layout::PlanetView::new(&axes, [self.map.columns, self.map.rows], *largest), means))
+        Some((layout::PlanetView::new(&axes, [self.map.columns, self.map.rows]), &self.rounded))
     }
-}
-
-/// Each number in [0, 1] with the next one, in 16 bits each, so that a device reads two at once (`unpackUnorm2x16`).
-fn paired(numbers: impl Iterator<Item = f32>) -> Vec<u32> {
-    let parts: Vec<u32> = numbers.map(|number| (65_535.0 * number.clamp(0.0, 1.0)).round() as u32).collect();
-    let next = parts.iter().skip(1).chain(parts.last());
-    parts.iter().zip(next).map(|(part, next)| part | next << 16).collect()
 }
 
 /// Step of the logarithm of the planet's apparent radius between two tables of lobes. The tables count the angle from the limb, so a rounded radius
@@ -448,7 +438,7 @@ pub(crate) struct Lobes {
     /// Number of the rounded radius of the planet that the lobes belong to.
     radius: Option<i64>,
     lobes: Vec<Lobe>,
-    values: Vec<u32>,
+    values: Vec<f32>,
 }
 
 impl Lobes {
@@ -464,7 +454,7 @@ impl Lobes {
             let (sin, cos) = radius.sin_cos();
             let lobe = |roughness: &f64| Lobe::new(*roughness, ApparentRadius { sin, cos });
             self.lobes = self.roughnesses.iter().map(lobe).collect();
-            self.values = paired(self.lobes.iter().flat_map(|lobe| lobe.values.iter().map(|value| *value as f32)));
+            self.values = self.lobes.iter().flat_map(|lobe| lobe.values.iter().map(|value| *value as f32)).collect();
             self.radius = Some(rounded as i64);
         }
         &self.lobes
@@ -475,8 +465,8 @@ impl Lobes {
         &self.lobes
     }
 
-    /// The same for the device.
-    pub(crate) fn values_before(&mut self, planet: ApparentRadius) -> &[u32] {
+    /// The same, rounded to f32 for the device.
+    pub(crate) fn values_before(&mut self, planet: ApparentRadius) -> &[f32] {
         self.before(planet);
         &self.values
     }

@@ -7,7 +7,6 @@ pub(crate) mod between;
 pub(crate) mod brightness;
 pub(crate) mod budget;
 pub(crate) mod crinkle;
-pub(crate) mod direction_table;
 pub(crate) mod emissivity;
 pub(crate) mod emissivity_table;
 pub(crate) mod fit;

@@ -7,7 +7,6 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::direction_table::DirectionTable;
 use crate::environment::view_factor::ApparentRadius;
 
 /// Values over latitude and longitude in equal steps. The first row lies at the pole +Z, and the first column begins at the longitude -180 deg. Longitude 0 is +X
@@ -165,6 +164,11 @@ pub(crate) fn seen_point(direction: DVec3, nadir: DVec3, disc: ApparentRadius) -
     (sine * along - cosine * across) * sideways - (cosine * along + sine * across) * nadir
 }
 
+/// Cells of the means of a planet over the direction of a surface.
+pub(crate) const MEAN_COLUMNS: usize = 96;
+pub(crate) const MEAN_ROWS: usize = 48;
+pub(crate) const MEAN_VALUES: usize = MEAN_COLUMNS * (MEAN_ROWS + 2);
+
 const DISC_POINTS: usize = 2048;
 
 /// The radiances that surfaces see of a planet that is not uniform, over the radiance of the planet's own temperature.
@@ -173,7 +177,7 @@ pub(crate) struct SeenPlanet {
     pub(crate) map: Arc<Equirectangular>,
     /// Mean over the part of the disc that a surface sees: of a diffuse one over its normal, then of rough mirrors over the mirror direction. All are
     /// in the axes of the map.
-    pub(crate) means: Vec<DirectionTable>,
+    pub(crate) means: Vec<Equirectangular>,
 }
 
 impl SeenPlanet {
@@ -184,14 +188,17 @@ impl SeenPlanet {
         let points: Vec<(DVec3, f64)> = points.collect();
         let plain = points.iter().map(|(_, value)| value).sum::<f64>() / points.len() as f64;
         let over = |weight: &(dyn Fn(f64) -> f64 + Sync)| {
-            DirectionTable::new(|direction| {
+            let mean = |cell: usize| {
+                let direction = centre_of(cell % MEAN_COLUMNS, cell / MEAN_COLUMNS, [MEAN_COLUMNS, MEAN_ROWS]);
                 let add = |(sum, whole): (f64, f64), (point, value): &(DVec3, f64)| {
                     let weight = weight(direction.dot(*point));
                     (sum + weight * value, whole + weight)
                 };
                 let (sum, whole) = points.iter().fold((0.0, 0.0), add);
-                if whole > 0.0 { sum / whole } else { plain }
-            })
+                (if whole > 0.0 { sum / whole } else { plain }) as f32
+            };
+            let cells: Vec<f32> = (0..MEAN_COLUMNS * MEAN_ROWS).into_par_iter().map(mean).collect();
+            Equirectangular::new(MEAN_COLUMNS, MEAN_ROWS, &cells)
         };
         let mut means = vec![over(&|cosine: f64| cosine.max(0.0))];
         means.extend(roughnesses.iter().map(|roughness| {

@@ -181,7 +181,7 @@ shared! {
         pub(crate) x: [f32; 4],
         /// +Y of the map; w: rows of the map.
         pub(crate) y: [f32; 4],
-        /// +Z of the map; w: largest mean of the planet.
+        /// +Z of the map; w: 0.
         pub(crate) z: [f32; 4],
     }
 
@@ -227,12 +227,12 @@ impl Surroundings {
 }
 
 impl PlanetView {
-    /// Rounds the rotation from camera axes into map axes to f32. `size` are the map's columns and rows, and `largest` is the largest mean.
-    pub(crate) fn new(map_from_camera: &glam::DMat3, [columns, rows]: [usize; 2], largest: f32) -> Self {
-        let row = |axis: usize, last: f32| {
+    /// Rounds the rotation from camera axes into map axes to f32. `size` are the map's columns and rows.
+    pub(crate) fn new(map_from_camera: &glam::DMat3, [columns, rows]: [usize; 2]) -> Self {
+        let row = |axis: usize, size: usize| {
             let row = map_from_camera.row(axis);
-            [row.x as f32, row.y as f32, row.z as f32, last]
+            [row.x as f32, row.y as f32, row.z as f32, size as f32]
         };
-        Self { x: row(0, columns as f32), y: row(1, rows as f32), z: row(2, largest) }
+        Self { x: row(0, columns), y: row(1, rows), z: row(2, 0) }
     }
 }
