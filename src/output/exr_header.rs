@@ -231,11 +231,12 @@ impl Attributes<'_> {
         }
     }
 
-    /// Texts without the first, which names the background.
+    /// Names of the parameters whose ranges make the image uncertain. Empty without `[uncertainty]`.
     pub(super) fn causes(&self) -> Result<Vec<String>, OutputError> {
         if self.has(CAUSES) { self.names(CAUSES) } else { Ok(Vec::new()) }
     }
 
+    /// Texts without the first, which names the background.
     fn names(&self, name: &str) -> Result<Vec<String>, OutputError> {
         Ok(self.texts(name)?.into_iter().skip(1).collect())
     }

@@ -1,9 +1,9 @@
 //! The uncertainty of the temperature of every node over a run, from which any image of the run is drawn (docs/numerics.md 12).
 
-use rayon::prelude::*;
-
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+
+use rayon::prelude::*;
 
 use super::SensitivityError;
 use super::search::Search;

@@ -94,8 +94,8 @@ impl DeviceEngine {
         }
     }
 
-    /// Sends the frame of an order. A sub-frame of an exposure is told with the time of the whole image [s]. `temperatures` of the nodes [K] are those that light of
-    /// pixels needs.
+    /// Sends the frame of an order. A sub-frame of an exposure is told with the time of the whole image [s]. Light in pixels may need the `temperatures` of the
+    /// nodes [K].
     fn send(
         &mut self,
         step: Option<EngineStep<'_>>,

@@ -102,7 +102,7 @@ impl PixelLight {
         let (shortest, longest) = (times().fold(f64::INFINITY, f64::min), times().fold(0.0, f64::max));
         let stride = (INTERVAL * shortest).max(MEMORY * longest / f64::from(INTERVALS)) / step;
         let interval = step * stride.floor().max(1.0);
-        let is_long = |count: &u32| whole(*count) * interval >= MEMORY * longest;
+        let is_long = |count: &u32| recent_lengths(*count) * interval >= MEMORY * longest;
         let has_past = scene.time.warm_up_orbits > 0.0 || scene.time.periodic.is_some();
         let start = match scene.initial {
             _ if has_past => Beginning::Past,
@@ -128,7 +128,7 @@ impl PixelLight {
             Beginning::Past => (f64::NEG_INFINITY, self.count),
             _ => (0.0, INTERVALS),
         };
-        let begin = (time - whole(count) * self.interval).max(first);
+        let begin = (time - recent_lengths(count) * self.interval).max(first);
         loads.sky_model().check(begin.min(time), time).ok()?;
         let moment = |start, end, shadows| self.moment(loads, materials, [start, end], shadows);
         let mut moments = Vec::new();
@@ -151,9 +151,15 @@ impl PixelLight {
     }
 
     /// The light between two times [s], with the shadows between two others.
-    fn moment(&self, loads: &StepLoads, materials: &[Material], [start, end]: [f64; 2], of: [f64; 2]) -> Arc<Moment> {
+    fn moment(
+        &self,
+        loads: &StepLoads,
+        materials: &[Material],
+        [start, end]: [f64; 2],
+        shadows: [f64; 2],
+    ) -> Arc<Moment> {
         let load = loads.step_load(start, end);
-        let whole = if of[0] > start || of[1] > end { loads.step_load(of[0], of[1]) } else { load.clone() };
+        let whole = if shadows == [start, end] { load.clone() } else { loads.step_load(shadows[0], shadows[1]) };
         let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let key = Moment::key(&load, &whole, end);
         let again = |known: &mut Known| {
@@ -182,8 +188,8 @@ impl PixelLight {
     }
 }
 
-/// Recent intervals that are as long as so many intervals.
-fn whole(count: u32) -> f64 {
+/// Length of all intervals together, over the length of a recent one, where there are so many.
+fn recent_lengths(count: u32) -> f64 {
     f64::from(count.min(RECENT) + OLDER * count.saturating_sub(RECENT))
 }
 

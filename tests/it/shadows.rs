@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use isotherm::internals::{Context, DeviceData, LitArea, PADDING, Prepared, Renderer, Request, StepLoad};
 
+use super::budget::{LIT, scene, squares};
 use super::craft::{Folder, scene_with};
 use super::device::{assert_silent, context, dark, sunlight};
 
@@ -113,4 +114,25 @@ fn what_is_shaded_stays_cold() {
         }
     }
     assert!(seen[0] > 10 && seen[1] > 10, "{seen:?}");
+}
+
+/// A square has four edges of one triangle, and a second square in the same place coincides with both of its triangles.
+#[test]
+fn surfaces_that_mislead_shadows_are_told() {
+    const BOTH: &str = "\"both\"\nback = { absorptivity = 0.5, emissivity = 0.5 }";
+    let told = |sides: &str, places: &[[f32; 3]], section: &str| -> Vec<String> {
+        let own =
+            format!("emissivity = 0.8\nheat_capacity_per_area = 100\nsides = {sides}\nresponse = \"radiative\"\n");
+        let text = scene(&[("plate", &own)], LIT, section).replace("max_edge = 0.5\n", "");
+        let all: Vec<(&str, [f32; 3], bool)> = places.iter().map(|place| ("plate", *place, true)).collect();
+        let warnings = squares(&text, &all).prepared().warnings;
+        warnings.into_iter().filter(|warning| warning.starts_with("[shadows]")).collect()
+    };
+    let one = [[0.0; 3]];
+    let open = told("\"outside\"", &one, "[shadows]\n");
+    assert!(open.len() == 1 && open[0].starts_with("[shadows]: 4 open edges "), "{open:?}");
+    let twice = told(BOTH, &[[0.0; 3]; 2], "[shadows]\n");
+    assert!(twice.len() == 1 && twice[0].starts_with("[shadows]: 2 triangles exactly on another"), "{twice:?}");
+    assert_eq!(told("\"outside\"", &one, ""), [""; 0], "a scene without shadows");
+    assert_eq!(told(BOTH, &one, "[shadows]\n"), [""; 0], "a sheet may be open");
 }

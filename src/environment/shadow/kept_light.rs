@@ -209,19 +209,11 @@ impl PackedLight {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::environment::shadow::corner::Division;
 
     fn nodes(count: u32) -> Vec<LitNode> {
         let normal = |k: u32| DVec3::new(f64::from(k).sin(), f64::from(k).cos(), 0.3).normalize();
         (0..count)
-            .map(|number| LitNode {
-                number,
-                vertex: number,
-                normal: normal(number),
-                both_sides: true,
-                joint: 0,
-                division: Division::Thirds,
-            })
+            .map(|number| LitNode { normal: normal(number), both_sides: true, ..LitNode::on_plate(number) })
             .collect()
     }
 

@@ -5,8 +5,8 @@ use std::ops::Range;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::corner::Division;
 use super::sunward::Caster;
-use crate::environment::shadow::corner::Division;
 
 /// Cosine of the angle between the normals of a node and of its triangle below which the node is not flat.
 pub(super) const FLAT: f64 = 1.0 - 1e-7;
@@ -31,6 +31,13 @@ pub(crate) struct LitNode {
     pub(crate) joint: u32,
     /// How its triangles are divided between their corners.
     pub(crate) division: Division,
+}
+
+impl LitNode {
+    /// A node of a plate whose front looks along +Z, in no network.
+    pub(crate) fn on_plate(number: u32) -> Self {
+        Self { number, vertex: number, normal: DVec3::Z, both_sides: false, joint: 0, division: Division::Thirds }
+    }
 }
 
 /// The surface of a craft as the Sun lights it, in the file's pose.

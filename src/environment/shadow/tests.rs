@@ -27,14 +27,7 @@ impl Mesh {
             for j in 0..=cells[1] {
                 let [u, v] = [f64::from(i) / f64::from(cells[0]), f64::from(j) / f64::from(cells[1])];
                 let number = self.positions.len() as u32;
-                self.nodes.push(LitNode {
-                    number,
-                    vertex: number,
-                    normal,
-                    both_sides,
-                    joint,
-                    division: Division::Thirds,
-                });
+                self.nodes.push(LitNode { normal, both_sides, joint, ..LitNode::on_plate(number) });
                 self.positions.push(corner + u * edges[0] + v * edges[1]);
                 self.areas.push(0.0);
             }
@@ -219,15 +212,7 @@ fn a_disc_casts_its_own_area() {
     let (disc, triangles) = disc_over_plate(256);
     mesh.triangles.extend(triangles[2..].iter().map(|triangle| triangle.map(|node| node + plate as u32 - 4)));
     mesh.positions.extend(&disc[4..]);
-    let node = |number| LitNode {
-        number,
-        vertex: number,
-        normal: DVec3::Z,
-        both_sides: false,
-        joint: 0,
-        division: Division::Thirds,
-    };
-    mesh.nodes.extend((plate as u32..mesh.positions.len() as u32).map(node));
+    mesh.nodes.extend((plate as u32..mesh.positions.len() as u32).map(LitNode::on_plate));
     let light = mesh.light(0.01);
     for sun in [DVec3::Z, DVec3::new(0.3, -0.1, 1.0), DVec3::new(-0.4, 0.35, 0.9)] {
         let lit = light.under(sun.normalize(), &[]);
@@ -287,14 +272,7 @@ fn a_shared_node_has_the_light_of_each_face() {
     let positions: Vec<DVec3> = roof.iter().flat_map(|at| [*at, *at + DVec3::Y]).collect();
     let triangles = vec![[0, 2, 3], [0, 3, 1], [2, 4, 5], [2, 5, 3]];
     let normals = [DVec3::new(-1.0, 0.0, 1.0).normalize(), DVec3::Z, DVec3::new(1.0, 0.0, 1.0).normalize()];
-    let node = |number: u32| LitNode {
-        number,
-        vertex: number,
-        normal: normals[number as usize / 2],
-        both_sides: false,
-        joint: 0,
-        division: Division::Thirds,
-    };
+    let node = |number: u32| LitNode { normal: normals[number as usize / 2], ..LitNode::on_plate(number) };
     let surface = LitSurface { positions, triangles, casters: Vec::new(), spacing: 1.0, times: 1 };
     let redraw = Redraw { bounds: Vec::new(), angle: 0.0, found_for: None };
     let light = LitAreas::new(Arc::new(surface), (0..6).map(node).collect(), redraw);

@@ -36,8 +36,8 @@ struct SampleChange {
 }
 
 impl PastLight {
-    /// What the light of each pixel changes in an image of a lens without distortion, whose joints have these poses and whose nodes, in device order, these
-    /// temperatures [K], where they are needed. `None` where nothing changes.
+    /// The changes of all pixels by light of their own. The lens has no distortion. `joints` are poses, and `temperatures` [K] are of the nodes in device order, where
+    /// they are needed. `None` where nothing changes.
     pub(crate) fn changes(&self, view: &RasterView, joints: &[DAffine3], temperatures: &[f64]) -> Option<PixelChanges> {
         let _finds = span("finding the light of pixels");
         let temperatures = Some(temperatures).filter(|_| self.needs_temperatures());

@@ -13,6 +13,9 @@ use crate::random::Random;
 const HOSTILE: u64 = 16;
 /// Time between two images of the honest client.
 const PAUSE: Duration = Duration::from_millis(200);
+/// Tricks that hostile clients play to their end at least, and how much longer than asked a busy machine waits for them.
+const PLAYED: u64 = 10;
+const LONGER: Duration = Duration::from_secs(60);
 /// Longest time that a hostile client gives to one trick.
 const TRICK: Duration = Duration::from_secs(15);
 /// Memory that the program may take [bytes], and by which it may grow after its first third.
@@ -117,8 +120,10 @@ fn an_honest_client_is_served_beside_sixteen_hostile_ones() {
     let mut client = Requester::open(program.address).expect("a connection");
     let over = AtomicBool::new(false);
     let done: [AtomicU64; TRICKS.len()] = Default::default();
+    let played = || done[2..].iter().map(|done| done.load(Ordering::Relaxed)).sum::<u64>();
     let mut honest = Honest::default();
     let mut samples: Vec<u64> = Vec::new();
+    let began = Instant::now();
     std::thread::scope(|threads| {
         /// Ends the hostile clients also where the honest one fails.
         struct Over<'s>(&'s AtomicBool);
@@ -142,11 +147,10 @@ fn an_honest_client_is_served_beside_sixteen_hostile_ones() {
                 }
             });
         }
-        let began = Instant::now();
         for frame in 1.. {
             honest.ask(&mut client, frame);
             samples.push(memory(program.child.id(), "VmRSS:"));
-            if began.elapsed() > whole {
+            if began.elapsed() > whole && (played() > PLAYED || began.elapsed() > whole + LONGER) {
                 break;
             }
             std::thread::sleep(PAUSE);
@@ -155,7 +159,8 @@ fn an_honest_client_is_served_beside_sixteen_hostile_ones() {
     let most = |part: &[u64]| part.iter().copied().max().unwrap_or_default();
     let (early, late) = (most(&samples[..samples.len().div_ceil(3)]), most(&samples[samples.len() / 3..]));
     let peak = memory(program.child.id(), "VmHWM:");
-    println!("{} images in {seconds} s, the longest wait {:.2} s", honest.images, honest.longest.as_secs_f64());
+    let took = began.elapsed().as_secs_f64();
+    println!("{} images in {took:.1} s, the longest wait {:.2} s", honest.images, honest.longest.as_secs_f64());
     println!(
         "memory at most {} MiB in the first third, {} MiB after it; peak {} MiB",
         early >> 20,
@@ -165,11 +170,8 @@ fn an_honest_client_is_served_beside_sixteen_hostile_ones() {
     for (name, done) in TRICKS.iter().zip(&done) {
         println!("{name}: {}", done.load(Ordering::Relaxed));
     }
-    assert!(
-        done[2..].iter().map(|done| done.load(Ordering::Relaxed)).sum::<u64>() > 10,
-        "the hostile clients came to nothing"
-    );
+    assert!(played() > PLAYED, "the hostile clients came to nothing");
     assert!(peak < BUDGET, "{peak} bytes");
     assert!(seconds < 60.0 || late < early + GROWTH, "{early} and then {late} bytes");
-    assert!(honest.images as f64 > 0.3 * seconds, "{} images", honest.images);
+    assert!(honest.images as f64 > 0.3 * took, "{} images", honest.images);
 }

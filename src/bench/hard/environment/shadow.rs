@@ -6,7 +6,6 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use crate::bench::hard::case::{CaseScale, HardCase};
-use crate::environment::shadow::corner::Division;
 use crate::environment::shadow::{Caster, LitArea, LitAreas, LitNode, LitSurface, Redraw};
 use crate::environment::{StepLoad, SunSample};
 
@@ -82,15 +81,7 @@ fn bounds() -> [DVec3; 2] {
 fn light(angle: f64) -> LitAreas {
     let positions = positions();
     let casters = vec![Caster::new(0, &positions, &disc())];
-    let node = |number| LitNode {
-        number,
-        vertex: number,
-        normal: DVec3::Z,
-        both_sides: false,
-        joint: 0,
-        division: Division::Thirds,
-    };
-    let nodes = (0..(NODES * NODES) as u32).map(node).collect();
+    let nodes = (0..(NODES * NODES) as u32).map(LitNode::on_plate).collect();
     let surface = LitSurface { positions, triangles: plate(), casters, spacing: 0.02, times: 1 };
     LitAreas::new(Arc::new(surface), nodes, Redraw { bounds: vec![(0, bounds())], angle, found_for: None })
 }
