@@ -178,6 +178,19 @@ impl Guided {
         }
     }
 
+    /// The position at a share of its range. A joint that follows the Sun without limits ends a third of a turn to both sides.
+    fn within_range(&self, share: f64) -> f64 {
+        let [low, high] = match (&self.drive, self.limits) {
+            (Drive::Fixed(position), _) => [*position; 2],
+            (Drive::Schedule { positions, .. }, _) => positions
+                .iter()
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| [low.min(*at), high.max(*at)]),
+            (Drive::Sun { .. }, Some(limits)) => limits,
+            (Drive::Sun { offset, .. }, None) => [offset - TAU / 3.0, offset + TAU / 3.0],
+        };
+        self.within_limits(low + share * (high - low), None)
+    }
+
     /// The rigid motion at a position, in the file's pose.
     fn motion(&self, position: f64) -> DAffine3 {
         match self.kind {

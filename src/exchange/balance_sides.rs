@@ -30,11 +30,32 @@ pub(super) fn sides_of(patches: &[Patch]) -> Vec<u32> {
     patches.iter().map(number).collect()
 }
 
-/// Areas that a patch shares with sides: the side, and the area [m2], sorted by side.
-pub(super) type Sided = Vec<(u32, f64)>;
+/// Areas that a patch shares with sides of the craft.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Sided {
+    /// Sides by themselves, and the area of each [m2], sorted by side.
+    pub(super) sides: Vec<(u32, f64)>,
+    /// Area of all other sides together [m2].
+    pub(super) others: f64,
+}
 
-fn at(row: &Sided, side: u32) -> f64 {
-    row.binary_search_by_key(&side, |entry| entry.0).map_or(0.0, |place| row[place].1)
+/// The number that stands for all sides that a patch has not by themselves.
+const OTHERS: u32 = u32::MAX;
+
+impl Sided {
+    fn place(&self, side: u32) -> Option<usize> {
+        self.sides.binary_search_by_key(&side, |entry| entry.0).ok()
+    }
+
+    /// A side, where it is by itself, or [`OTHERS`].
+    fn class(&self, side: u32) -> u32 {
+        self.place(side).map_or(OTHERS, |_| side)
+    }
+
+    /// Area shared with a class [m2].
+    fn at(&self, class: u32) -> f64 {
+        self.place(class).map_or(self.others, |place| self.sides[place].1)
+    }
 }
 
 /// Sums of a row by side, and the sides that its shared areas have entries of.
@@ -85,7 +106,7 @@ pub(super) fn balance_sides(patches: &[Patch], cast: &Sparse, shared: &mut Spars
             let weight = own_variance / (own_variance + told_variance);
             (*side, (1.0 - weight) * share * here + weight * told)
         };
-        order.iter().map(wants).collect()
+        Sided { sides: order.iter().map(wants).collect(), others: 0.0 }
     };
     let patches = (0..patches.len()).into_par_iter();
     let wanted: Vec<Sided> = patches.map_init(|| SideSums::new(&sides), wanted).collect();
@@ -95,20 +116,22 @@ pub(super) fn balance_sides(patches: &[Patch], cast: &Sparse, shared: &mut Spars
 /// Factors that one thread renews together.
 const CHUNK: usize = 1024;
 
-/// Scales areas, whose places and values are symmetric, until each row shares the wanted area with each side that it has entries of.
+/// Scales areas, whose places and values are symmetric, until each row shares the wanted area with each side that it has entries of, and with all other sides together.
 pub(super) fn fit_sides(shared: &mut Sparse, sides: &[u32], wanted: &[Sided]) {
     let count = shared.len();
-    // The sides of each row, one row after the other, and the areas that it wants of them.
+    // The classes of sides of each row, one row after the other, and the areas that it wants of them.
     let mut first = vec![0];
     let mut of_rows: Vec<u32> = Vec::new();
     let mut right: Vec<f64> = Vec::new();
-    let mut of_side = vec![usize::MAX; sides.iter().max().map_or(0, |side| *side as usize + 1)];
+    let others = sides.iter().max().map_or(0, |side| *side as usize + 1);
+    let place = |class: u32| if class == OTHERS { others } else { class as usize };
+    let mut of_class = vec![usize::MAX; others + 1];
     for (row, wanted) in wanted.iter().enumerate() {
-        let own = shared.row(row).iter().map(|(j, _)| sides[*j as usize]);
-        let is_first = |side: &u32| std::mem::replace(&mut of_side[*side as usize], row) != row;
+        let own = shared.row(row).iter().map(|(j, _)| wanted.class(sides[*j as usize]));
+        let is_first = |class: &u32| std::mem::replace(&mut of_class[place(*class)], row) != row;
         let mut of_row: Vec<u32> = own.filter(is_first).collect();
         of_row.sort_unstable();
-        right.extend(of_row.iter().map(|side| at(wanted, *side)));
+        right.extend(of_row.iter().map(|class| wanted.at(*class)));
         of_rows.extend(of_row);
         first.push(of_rows.len());
     }
@@ -116,9 +139,10 @@ pub(super) fn fit_sides(shared: &mut Sparse, sides: &[u32], wanted: &[Sided]) {
     let mut places = vec![[0u32; 2]; shared.entries.len()];
     for row in 0..count {
         let of_row = first[row]..first[row + 1];
-        of_row.clone().zip(&of_rows[of_row]).for_each(|(at, side)| of_side[*side as usize] = at);
+        of_row.clone().zip(&of_rows[of_row]).for_each(|(at, class)| of_class[place(*class)] = at);
         for entry in shared.first[row] as usize..shared.first[row + 1] as usize {
-            places[entry][0] = of_side[sides[shared.entries[entry].0 as usize] as usize] as u32;
+            let class = wanted[row].class(sides[shared.entries[entry].0 as usize]);
+            places[entry][0] = of_class[place(class)] as u32;
         }
     }
     // Rows are in their order, so the mirror images of a column are met one after the other.

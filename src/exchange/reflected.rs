@@ -23,6 +23,11 @@ use crate::stop::Watch;
 
 /// Area over that of the smaller patch below which pairs that do not see each other directly stand for others.
 const THIN: f64 = 0.006;
+/// Pairs of a side that are expected to stand for others, below which this side is balanced only together with others: sides of which no pair is kept can be given nothing,
+/// and the light of a patch would go elsewhere.
+const STANDING: f64 = 8.0;
+/// Part of the area of a side that pairs which stand for others may have in any case.
+const SURE: f64 = 0.05;
 /// Rounds in which kept entries are scaled to the right sums of their rows.
 const ROUNDS: usize = 100;
 /// Error of such a sum, over the sum, that is left to the diagonal.
@@ -293,13 +298,16 @@ struct ReflectionRoom {
     /// What patches reflect.
     sent: SparseRow,
     of_sides: Spread,
+    /// For each side the area of pairs for which others stand, and how many are expected to stand for them.
+    thin: Vec<[f64; 2]>,
 }
 
 impl ReflectionRoom {
     fn new(sides: &[u32]) -> Self {
         let count = sides.iter().max().map_or(0, |side| *side as usize + 1);
         let [arrived, next] = [0; 2].map(|_| Spread::new(sides.len()));
-        Self { arrived, next, row: Vec::new(), sent: Vec::new(), of_sides: Spread::new(count) }
+        let (of_sides, thin) = (Spread::new(count), vec![[0.0; 2]; count]);
+        Self { arrived, next, row: Vec::new(), sent: Vec::new(), of_sides, thin }
     }
 
     /// Follows the light of a patch through its reflections.
@@ -340,7 +348,7 @@ impl ReflectionRoom {
         }
     }
 
-    /// What has arrived from a patch, and its sums by side. Of the pairs that do not see each other and share little, few stand for all of them.
+    /// What has arrived from a patch, and its sums by side, or of several sides where few pairs stand for many. Of the pairs that do not see each other and share little, few stand for all of them.
     fn thinned(&mut self, factors: &Factors, sides: &[u32], patch: usize) -> (SparseRow, Sided) {
         self.arrived.drain(&mut self.row);
         let mut direct = factors.shared.row(patch).iter().map(|entry| entry.0).peekable();
@@ -355,12 +363,25 @@ impl ReflectionRoom {
             let least = THIN * here.min(factors.areas[*j as usize]);
             if sees || *area >= least {
                 kept.push((*j, *area));
-            } else if lot(patch as u32, *j) * least < *area {
+                continue;
+            }
+            let thin = &mut self.thin[sides[*j as usize] as usize];
+            *thin = [thin[0] + *area, thin[1] + *area / least];
+            if lot(patch as u32, *j) * least < *area {
                 kept.push((*j, least));
             }
         }
-        let mut of_sides = Vec::new();
-        self.of_sides.drain(&mut of_sides);
+        let mut all = Vec::new();
+        self.of_sides.drain(&mut all);
+        let mut of_sides = Sided::default();
+        for (side, area) in all {
+            let [thin, standing] = std::mem::take(&mut self.thin[side as usize]);
+            if standing >= STANDING || thin <= SURE * area {
+                of_sides.sides.push((side, area));
+            } else {
+                of_sides.others += area;
+            }
+        }
         (kept, of_sides)
     }
 }

@@ -3,11 +3,11 @@
 //! A patch receives one flux. Beside a hot wall this flux falls from node to node, and a patch of several nodes would make steps of it. Rays from every node,
 //! few of them, tell which surfaces it sees: flat sides of parts, and space. A patch is halved where its halves see them differently, by more than the noise
 //! of these rays explains, and so are its halves; along the same axis those count as different by half as much at least, along others by as much, because noise hides small differences. The greatest difference comes first, so the number of patches stays bounded. Faces that lie inside other parts
-//! are found by the same rays, and stay whole.
+//! are found by the same rays, and stay whole. Where joints turn, nodes see the craft in other poses too, and patches are fine enough for each of them.
 
 use std::collections::{BTreeMap, BinaryHeap};
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use super::cast::{INSIDE, SPACE, Scenery, cast_rays};
@@ -20,6 +20,8 @@ use crate::thermal::material::Material;
 const RAYS: usize = 1 << 21;
 /// Bounds of the rays of a face of a node.
 const RAYS_OF_FACE: [usize; 2] = [16, 1024];
+/// Rays of the file's pose over the rays of another pose. The poses find what joints change, and this is mostly large.
+const OF_OTHERS: usize = 2;
 /// Difference of what two halves see, over the root of the share that is of the craft, up to which a patch stays whole. On a floor beside a wall at 500 K it is 3 K
 /// at most wherever the floor warms by the wall alone.
 const DIFFERENCE: f64 = 0.004;
@@ -35,43 +37,67 @@ const MOST: usize = 3000;
 /// Size of patches [m] of which each has the nodes of a single place.
 const ONE_PLACE: f64 = 1e-6;
 
-/// What the faces of nodes see, in the file's pose.
+/// What the faces of nodes see, in the file's pose and in others.
 #[derive(Debug, Clone, Default)]
 pub struct NodeViews {
-    /// Shares of surfaces in the view of the front and the back of each node.
+    /// The file's pose is the first.
+    poses: Vec<PoseViews>,
+}
+
+/// What the faces of nodes see in a pose.
+#[derive(Debug, Clone, Default)]
+struct PoseViews {
+    /// Shares of surfaces in the view of the front and the back of each node: space is the first, [`INNER`] are inner faces, and flat sides follow.
     seen: Vec<[SparseRow; 2]>,
+    /// Number of surfaces.
+    surfaces: usize,
+    /// Rays of a face.
     rays: usize,
 }
 
+/// Number of inner faces among surfaces.
+const INNER: u32 = 1;
+
 impl NodeViews {
-    /// Casts rays from all nodes.
-    pub fn new(surface: &PatchSurface, materials: &[Material]) -> Self {
+    /// Casts rays from all nodes, in the file's pose and in other poses of the body and its joints.
+    pub fn new(surface: &PatchSurface, materials: &[Material], others: &[Vec<DAffine3>]) -> Self {
         let faces = Patches::new(surface, materials, ONE_PLACE, &[]);
         let count = faces.all.len();
         let rays = (RAYS / count.max(1)).clamp(RAYS_OF_FACE[0], RAYS_OF_FACE[1]);
         let mut sides = BTreeMap::new();
         let side_of: Vec<u32> = (faces.all.iter())
             .map(|patch| {
-                let next = sides.len() as u32;
+                let next = INNER + 1 + sides.len() as u32;
                 *sides.entry((patch.joint, patch.part, patch.back, bin(patch.normal))).or_insert(next)
             })
             .collect();
-        let ends = cast_rays(surface, &faces, &Scenery::new(surface, &[]), rays as u32, 0..count as u32);
-        let row = |ends: &[u32]| -> SparseRow {
-            let side = |end: &u32| if [SPACE, INSIDE].contains(end) { *end } else { side_of[*end as usize] };
-            let mut sides: Vec<u32> = ends.iter().map(side).collect();
-            sides.sort_unstable();
-            sides.chunk_by(|a, b| a == b).map(|run| (run[0], run.len() as f64 / rays as f64)).collect()
+        let surfaces = sides.len() + INNER as usize + 1;
+        let views = |(poses, rays): (&[DAffine3], usize)| {
+            let ends = cast_rays(surface, &faces, &Scenery::new(surface, poses), rays as u32, 0..count as u32);
+            let row = |ends: &[u32]| -> SparseRow {
+                let side = |end: &u32| match *end {
+                    SPACE => 0,
+                    INSIDE => INNER,
+                    face => side_of[face as usize],
+                };
+                let mut sides: Vec<u32> = ends.iter().map(side).collect();
+                sides.sort_unstable();
+                sides.chunk_by(|a, b| a == b).map(|run| (run[0], run.len() as f64 / rays as f64)).collect()
+            };
+            let rows: Vec<SparseRow> = ends.par_chunks(rays).map(row).collect();
+            let of_face = |face: &u32| if *face == NONE { SparseRow::new() } else { rows[*face as usize].clone() };
+            let seen = faces.of_node.iter().map(|faces| [of_face(&faces[0]), of_face(&faces[1])]).collect();
+            PoseViews { seen, surfaces, rays }
         };
-        let rows: Vec<SparseRow> = ends.par_chunks(rays).map(row).collect();
-        let of_face = |face: &u32| if *face == NONE { SparseRow::new() } else { rows[*face as usize].clone() };
-        Self { seen: faces.of_node.iter().map(|faces| [of_face(&faces[0]), of_face(&faces[1])]).collect(), rays }
+        let others = others.iter().map(|poses| (poses.as_slice(), rays / OF_OTHERS));
+        Self { poses: std::iter::once((&[][..], rays)).chain(others).map(views).collect() }
     }
 
-    /// Whether the front and the back of each node see mostly inner faces.
+    /// Whether the front and the back of each node see mostly inner faces, in the file's pose.
     pub fn buried(&self) -> Vec<[bool; 2]> {
-        let inside = |row: &SparseRow| row.iter().any(|(side, share)| *side == INSIDE && *share > 0.5);
-        self.seen.iter().map(|[front, back]| [inside(front), inside(back)]).collect()
+        let inside = |row: &SparseRow| row.iter().any(|(side, share)| *side == INNER && *share > 0.5);
+        let of_file = self.poses.first().map_or(&[][..], |first| &first.seen);
+        of_file.iter().map(|[front, back]| [inside(front), inside(back)]).collect()
     }
 
     /// Splits gathered nodes until what they see differs little within each patch, or until there are enough.
@@ -118,8 +144,10 @@ impl NodeViews {
             let (first, second): (Vec<u32>, Vec<u32>) =
                 whole.nodes.iter().partition(|node| surface.positions[**node as usize][axis] < middle);
             let nodes = [first, second];
-            let [one, other] = [&nodes[0], &nodes[1]].map(|nodes| self.mean(surface, nodes, whole.key.side()));
-            Some((self.differ(&one, &other).max(least[axis]), nodes))
+            let side = whole.key.side();
+            let differ =
+                |pose: &PoseViews| pose.differ([&nodes[0], &nodes[1]].map(|half| pose.mean(surface, half, side)));
+            Some((self.poses.iter().map(differ).fold(least[axis], f64::max), nodes))
         };
         let mut pairs = [0, 1, 2].map(along);
         let differ = [0, 1, 2].map(|axis: usize| pairs[axis].as_ref().map_or(0.0, |pair| pair.0));
@@ -128,15 +156,17 @@ impl NodeViews {
         let (most, nodes) = pairs[axis].take()?;
         (most > DIFFERENCE).then_some(Halves { differ: most, axis, along: differ, nodes })
     }
+}
 
-    /// What nodes see, mean over their areas, and the number of their rays.
-    fn mean(&self, surface: &PatchSurface, nodes: &[u32], side: usize) -> (BTreeMap<u32, f64>, f64) {
+impl PoseViews {
+    /// Shares of all surfaces in the view of nodes, mean over their areas, and the number of their rays.
+    fn mean(&self, surface: &PatchSurface, nodes: &[u32], side: usize) -> (Vec<f64>, f64) {
         let whole: f64 = nodes.iter().map(|node| surface.areas[*node as usize]).sum();
-        let mut sum = BTreeMap::new();
+        let mut sum = vec![0.0; self.surfaces];
         for node in nodes {
             let weight = surface.areas[*node as usize] / whole;
             for (seen, share) in &self.seen[*node as usize][side] {
-                *sum.entry(*seen).or_insert(0.0) += weight * share;
+                sum[*seen as usize] += weight * share;
             }
         }
         (sum, (nodes.len() * self.rays) as f64)
@@ -144,20 +174,16 @@ impl NodeViews {
 
     /// Half the sum of the differences of two views, beyond their standard deviations, over the root of what they see of the craft: a cold surface tells small
     /// differences.
-    fn differ(&self, one: &(BTreeMap<u32, f64>, f64), other: &(BTreeMap<u32, f64>, f64)) -> f64 {
+    fn differ(&self, [(one, rays), (other, other_rays)]: [(Vec<f64>, f64); 2]) -> f64 {
         let even = EVEN * evenness(self.rays as u32);
-        let seen: std::collections::BTreeSet<u32> = one.0.keys().chain(other.0.keys()).copied().collect();
-        let differ = |seen: u32| {
-            let [a, b] = [one, other].map(|view| view.0.get(&seen).copied().unwrap_or(0.0));
+        let differ = |(a, b): (&f64, &f64)| {
             let mean = 0.5 * (a + b);
-            let noise = even * (mean * (1.0 - mean).max(0.0) * (1.0 / one.1 + 1.0 / other.1)).sqrt();
+            let noise = even * (mean * (1.0 - mean).max(0.0) * (1.0 / rays + 1.0 / other_rays)).sqrt();
             ((a - b).abs() - noise).max(0.0)
         };
-        let of_craft = |view: &BTreeMap<u32, f64>| {
-            view.iter().filter(|(side, _)| **side != SPACE).map(|(_, share)| share).sum::<f64>()
-        };
-        let warmed = 0.5 * (of_craft(&one.0) + of_craft(&other.0));
-        0.5 * seen.into_iter().map(differ).sum::<f64>() / warmed.sqrt().max(LEAST_WARMED)
+        let of_craft = |view: &[f64]| view[1..].iter().sum::<f64>();
+        let warmed = 0.5 * (of_craft(&one) + of_craft(&other));
+        0.5 * one.iter().zip(&other).map(differ).sum::<f64>() / warmed.sqrt().max(LEAST_WARMED)
     }
 }
 

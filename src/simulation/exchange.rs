@@ -8,6 +8,7 @@ use super::exchange_poses::{Finding, Posed, PosedState, RowsBetween};
 use super::exchange_shared::{ExchangesInUse, RaysOfCraft, SharedRows};
 use super::network::{SceneNetwork, light_area};
 use crate::environment::StepLoad;
+use crate::environment::joints::Joints;
 use crate::environment::shadow::Lit;
 use crate::exchange::bundles::SkyBundles;
 use crate::exchange::cast::Scenery;
@@ -72,6 +73,7 @@ impl ExchangeCraft {
         triangles: &[[u32; 3]],
         network: Option<&SceneNetwork>,
         materials: &[Material],
+        joints: &Joints,
     ) -> Result<Self, String> {
         let surface = patch_surface(nodes, triangles, network);
         let edge = settings.patch_edge.unwrap_or_else(|| (surface.areas.iter().sum::<f64>() / PATCHES).sqrt());
@@ -84,7 +86,8 @@ impl ExchangeCraft {
         };
         // Rays split patches further, and are cast only where the rest fits.
         check(Patches::new(&surface, materials, edge, &[]).all.len())?;
-        let patches = Patches::resolved(&surface, materials, edge, &NodeViews::new(&surface, materials));
+        let views = NodeViews::new(&surface, materials, &joints.at_ends());
+        let patches = Patches::resolved(&surface, materials, edge, &views);
         check(patches.all.len())?;
         let rays = patches.all.len().saturating_mul(settings.rays as usize);
         if rays > MOST_RAYS {

@@ -10,7 +10,7 @@ use super::density;
 use super::exchange::ExchangeCraft;
 use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, PrepareStage};
-use crate::environment::joints::Joint;
+use crate::environment::joints::{Joint, Joints};
 use crate::environment::orbit::period_disagreement;
 use crate::environment::shadow::tree_boxes;
 use crate::environment::sky::SkyError;
@@ -363,11 +363,14 @@ pub(super) fn exchange(
     triangles: &[[u32; 3]],
     network: Option<&SceneNetwork>,
     materials: &[Material],
+    joints: &Joints,
     like: Option<&Arc<ExchangeCraft>>,
 ) -> Result<Option<Arc<ExchangeCraft>>, PrepareError> {
     let craft = |settings| match like {
         Some(like) => Ok(like.with_optics(materials)),
-        None => ExchangeCraft::new(settings, scene.time.step, nodes, triangles, network, materials).map(Arc::new),
+        None => {
+            ExchangeCraft::new(settings, scene.time.step, nodes, triangles, network, materials, joints).map(Arc::new)
+        }
     };
     let exchange = scene.exchange.map(craft).transpose();
     exchange.map_err(|message| PrepareError::Exchange { path: scene.source.clone(), message })

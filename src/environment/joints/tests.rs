@@ -309,3 +309,28 @@ fn a_long_run_keeps_no_more_of_its_walk() {
     }
     assert!(late < 2 * 1025 + 2049 && late < early + 400, "{early} numbers at first, {late} later");
 }
+
+#[test]
+fn joints_stand_at_the_ends_of_their_ranges() {
+    assert!(Joints::default().at_ends().is_empty(), "nothing moves");
+    let turn = |drive| joint(None, guided(JointKind::Rotation, DVec3::Z, drive));
+    let angles = |joint: Joint| -> Vec<f64> {
+        let ends = Joints::new(vec![joint], 0.0, 1.0, |_| DVec3::X).at_ends();
+        ends.iter().map(|poses| poses[1].matrix3.x_axis.y.atan2(poses[1].matrix3.x_axis.x)).collect()
+    };
+    let is = |found: Vec<f64>, known: &[f64]| {
+        assert!(found.len() == known.len() && found.iter().zip(known).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
+    };
+    let schedule = Drive::Schedule { times: vec![0.0, 5.0, 9.0], positions: vec![0.4, -0.2, 1.1] };
+    is(angles(turn(schedule.clone())), &[-0.2, 1.1]);
+    is(angles(turn(Drive::Fixed(0.7))), &[0.7]);
+    let third = std::f64::consts::TAU / 3.0;
+    let sun = guided(JointKind::Rotation, DVec3::Z, Drive::Sun { facing: DVec3::X, offset: 0.1 });
+    is(angles(joint(None, sun.clone())), &[0.1 - third, 0.1 + third]);
+    is(angles(joint(None, Guided { limits: Some([-0.3, 0.9]), ..sun })), &[-0.3, 0.9]);
+    // A joint rides on another.
+    let slide = joint(Some(0), guided(JointKind::Translation, DVec3::X, Drive::Fixed(2.0)));
+    let ends = Joints::new(vec![turn(schedule), slide], 0.0, 1.0, |_| DVec3::X).at_ends();
+    let at = ends[1][2].transform_point3(DVec3::ZERO);
+    assert!((at - 2.0 * DVec3::new(1.1f64.cos(), 1.1f64.sin(), 0.0)).length() < 1e-12, "{at}");
+}

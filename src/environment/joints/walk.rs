@@ -74,6 +74,24 @@ impl Joints {
         })
     }
 
+    /// Poses of the body and of each joint with all joints at the first ends of their ranges, and at the last ones. None where there is no joint.
+    pub(crate) fn at_ends(&self) -> Vec<Vec<DAffine3>> {
+        let at = |share: f64| {
+            let mut poses = vec![DAffine3::IDENTITY];
+            for joint in &self.joints {
+                let motion = match &joint.motion {
+                    JointDrive::Guided(guided) => guided.motion(guided.within_range(share)),
+                    JointDrive::Played(played) => played.motion(share * played.duration),
+                };
+                poses.push(poses[joint.parent.map_or(0, |parent| parent + 1)] * motion);
+            }
+            poses
+        };
+        let mut ends: Vec<Vec<DAffine3>> = [0.0, 1.0].into_iter().filter(|_| !self.joints.is_empty()).map(at).collect();
+        ends.dedup();
+        ends
+    }
+
     /// Positions and poses, from the body outwards. `position` decides the position of a joint from its target, which is the one nearest
     /// to a given position.
     fn evaluate(

@@ -65,7 +65,7 @@ fn craft(settings: ExchangeSettings) -> Arc<ExchangeCraft> {
     }
     let materials = [black()];
     let edge = (surface.areas.iter().sum::<f64>() / PATCHES).sqrt();
-    let patches = Patches::resolved(&surface, &materials, edge, &NodeViews::new(&surface, &materials));
+    let patches = Patches::resolved(&surface, &materials, edge, &NodeViews::new(&surface, &materials, &[]));
     Arc::new(ExchangeCraft {
         like: None,
         rays: RaysOfCraft::default(),

@@ -98,7 +98,7 @@ fn faces_inside_another_part_share_no_patch_with_faces_in_the_open() {
         beam.map(|(_, share)| *share).collect::<Vec<f64>>()
     };
     // A node column of 32 lies on the skin, half of it inside: 1/64 of the free half.
-    let split = inside(&NodeViews::new(&shapes.surface, &shapes.materials).buried());
+    let split = inside(&NodeViews::new(&shapes.surface, &shapes.materials, &[]).buried());
     assert_eq!(split.len(), 8, "{split:?}");
     assert!(split.iter().all(|share| !(0.04..=0.96).contains(share)), "{split:?}");
     let whole = inside(&[]);
@@ -117,7 +117,7 @@ fn a_face_inside_another_part_takes_no_sunlight() {
         let settings = ExchangeSettings { patch_edge: Some(5.0), ..ExchangeSettings::default() };
         Exchange::cast(&shapes.surface, &patches, &Scenery::new(&shapes.surface, &[]), &settings)
     };
-    let found = patches(&NodeViews::new(&shapes.surface, &shapes.materials).buried());
+    let found = patches(&NodeViews::new(&shapes.surface, &shapes.materials, &[]).buried());
     let of_beam = |found: &Exchange| -> Vec<f64> {
         let beam = (0..found.patches.len()).filter(|patch| found.patches[*patch].part >= 6);
         beam.map(|patch| found.exposed(patch)).collect()

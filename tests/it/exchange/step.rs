@@ -110,6 +110,24 @@ fn two_plates_reach_the_closed_form() {
     assert!((flux / closed - 1.0).abs() < 1e-3, "{flux} against {closed}");
 }
 
+/// q = sigma (T1^4 - T2^4) / (1/e1 + (A1/A2) (1/e2 - 1)) from a sphere in a shell. Most light that the shell reflects to the sphere comes by pairs of which each has little, on sides of
+/// few patches. Patches of a convex body see each other by reflection alone.
+#[test]
+fn a_sphere_in_a_shell_that_reflects_loses_what_the_closed_form_says() {
+    let mut shapes = Shapes::default();
+    shapes.sphere(0.3, true, grey(0.5, 0.8)).sphere(0.7, false, grey(0.5, 0.4));
+    let exchange = exchange(&shapes, 0.1, 4096);
+    let fluxes = net(&exchange, &dark(0.0), |part| [320.0, 280.0][part as usize]);
+    let of_part = |part: u32| exchange.patches.iter().zip(&fluxes).filter(move |(patch, _)| patch.part == part);
+    let heat = |part: u32| of_part(part).map(|(patch, flux)| patch.area * flux).sum::<f64>();
+    let area = |part: u32| of_part(part).map(|(patch, _)| patch.area).sum::<f64>();
+    let driven = area(0) * STEFAN_BOLTZMANN * (320f64.powi(4) - 280f64.powi(4));
+    let closed = driven / (1.0 / 0.8 + area(0) / area(1) * (1.0 / 0.4 - 1.0));
+    println!("{} patches: {:.3} W, closed form {closed:.3} W", exchange.patches.len(), heat(0));
+    assert!((heat(0) / closed - 1.0).abs() < 0.01, "{} against {closed}", heat(0));
+    assert!((heat(1) / heat(0) + 1.0).abs() < 1e-9, "a closed shell keeps it");
+}
+
 /// All walls of a box of albedo 1/2 have received sunlight k times with the share 2^-k, so that the walls absorb together what enters.
 #[test]
 fn sunlight_in_a_box_ends_where_the_series_says() {

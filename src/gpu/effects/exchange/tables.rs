@@ -6,7 +6,7 @@ use crate::exchange::patches::NONE;
 use crate::exchange::reflected::Areas;
 use crate::exchange::sparse::{Sparse, joined};
 use crate::exchange::step::Exchange;
-use crate::exchange::words::pieces;
+use crate::exchange::words::{MOST as WORDS, pieces};
 use crate::gpu::layout::ExchangePatch;
 use crate::model::nodes::GROUP;
 
@@ -14,6 +14,8 @@ use crate::model::nodes::GROUP;
 const CHUNK: usize = 64;
 /// Room for the entries of a craft with joints, over those of its first pose: rows between two poses have the entries of both.
 const ROOM: usize = 4;
+/// Fours of entries for which there is room in any case: 16 MiB. Surfaces may not see each other in the first pose.
+const LEAST_ROOM: usize = 1 << 20;
 
 /// Tables of a craft. A patch more than it has stands for faces without a patch, which see nothing of the craft.
 #[derive(Debug, Clone, Default)]
@@ -52,9 +54,10 @@ impl ExchangeTables {
         let mut order: Vec<u32> = (0..exchange.patches.len() as u32).collect();
         order.sort_by_key(|patch| std::cmp::Reverse(exchange.infrared.between.row(*patch as usize).len()));
         let tables = Self::in_order(exchange, &order);
-        // No row has more entries than there are patches, in infrared or in sunlight.
-        let most = 2 * order.len() * order.len().div_ceil(4);
-        let room = if moves { (ROOM * tables.entries.len()).min(most) } else { tables.entries.len() };
+        // No row has more entries than there are patches, in infrared or in sunlight, and each has so many words at most.
+        let most = 2 * order.len() * (WORDS * order.len()).div_ceil(4);
+        let room = (ROOM * tables.entries.len()).max(LEAST_ROOM).min(most).max(tables.entries.len());
+        let room = if moves { room } else { tables.entries.len() };
         Self { room, ..tables }
     }
 
