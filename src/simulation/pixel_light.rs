@@ -130,22 +130,23 @@ impl PixelLight {
         };
         let begin = (time - recent_lengths(count) * self.interval).max(first);
         loads.sky_model().check(begin.min(time), time).ok()?;
-        let moment = |start, end, shadows| self.moment(loads, materials, [start, end], shadows);
-        let mut moments = Vec::new();
+        let mut intervals = Vec::new();
         let mut end = time;
-        while moments.len() < count as usize && end > first + 1e-9 * self.interval {
-            let older = if moments.len() < RECENT as usize { 1 } else { OLDER };
+        while intervals.len() < count as usize && end > first + 1e-9 * self.interval {
+            let older = if intervals.len() < RECENT as usize { 1 } else { OLDER };
             let length = f64::from(older) * self.interval;
             let start = ((end / length - 1e-9).ceil() - 1.0) * length;
             let middle = start + f64::from(older / 2) * self.interval;
-            moments.push(moment(start.max(first), end, [middle.max(first), middle + self.interval]));
+            intervals.push(([start.max(first), end], [middle.max(first), middle + self.interval]));
             end = start;
         }
         let begins_in_view = end <= first + 1e-9 * self.interval;
-        if begins_in_view && (self.start == Beginning::Balance || moments.is_empty()) {
-            moments.push(moment(0.0, 0.0, [0.0; 2]));
+        if begins_in_view && (self.start == Beginning::Balance || intervals.is_empty()) {
+            intervals.push(([0.0; 2], [0.0; 2]));
         }
-        moments.reverse();
+        // The oldest first. New moments make room among those that no later image needs.
+        let moment = |(times, shadows)| self.moment(loads, materials, times, shadows);
+        let moments = intervals.into_iter().rev().map(moment).collect();
         let begins = if begins_in_view { self.start } else { Beginning::Past };
         Some(PastLight { scene: Arc::clone(self), moments, begins })
     }
