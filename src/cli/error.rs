@@ -211,7 +211,9 @@ impl CliError {
                     1
                 }
             }
-            Self::Job(JobError::NotFinite { .. } | JobError::Writer)
+            Self::Job(
+                JobError::NotFinite { .. } | JobError::Writer | JobError::Engine(EngineError::NoTemperature { .. }),
+            )
             | Self::Validation(_)
             | Self::View(_)
             | Self::Solver(_)

@@ -20,4 +20,10 @@ pub enum EngineError {
         /// The cause.
         reason: String,
     },
+    /// A node without a temperature at the end of an orbit.
+    #[error("an orbit of the warm-up ended without a temperature of a node of the part '{part}'")]
+    NoTemperature {
+        /// The part.
+        part: String,
+    },
 }

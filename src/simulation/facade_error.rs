@@ -117,7 +117,7 @@ impl SimulationError {
             Self::Gpu(error) | Self::Engine(EngineError::Gpu(error)) => {
                 !matches!(error, GpuError::Call { .. } | GpuError::Allocation { .. })
             }
-            Self::NotFinite { .. } => false,
+            Self::NotFinite { .. } | Self::Engine(EngineError::NoTemperature { .. }) => false,
             _ => true,
         }
     }

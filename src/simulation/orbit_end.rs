@@ -6,6 +6,7 @@
 use super::engine::{Engine, EngineError, Order};
 use super::prepare::Prepared;
 use super::state::BetweenSteps;
+use crate::model::nodes::GROUP;
 
 /// Share of the largest difference between both scenes to which the difference settles.
 const SHARE: f64 = 1e-3;
@@ -26,6 +27,23 @@ impl OrbitEnd {
         let (network, structures) = (engine.network_temperatures()?, engine.structures()?);
         engine.submit(None, Order { temperatures: true, ..Order::default() })?;
         Ok(Self { network, structures, drawn: engine.deliver()?.temperatures.unwrap_or_default() })
+    }
+
+    /// Refuses temperatures that are no numbers. No change would tell them.
+    ///
+    /// # Errors
+    /// The part of the first such node.
+    pub(super) fn check(&self, prepared: &Prepared) -> Result<(), EngineError> {
+        let nodes = &prepared.nodes;
+        let is_none = |temperature: &f64| !temperature.is_finite();
+        let in_network = || {
+            let node = self.network.as_ref()?.iter().position(is_none)?;
+            Some(prepared.network.as_ref()?.parts(nodes)[node])
+        };
+        let below = || Some(prepared.structures()[self.structures.iter().position(is_none)?]);
+        let drawn = || nodes.real().map(|(slot, _)| slot).find(|slot| !self.drawn[*slot].is_finite());
+        let part = in_network().or_else(|| Some(nodes.group_part[below().or_else(drawn)? / GROUP]));
+        part.map_or(Ok(()), |part| Err(EngineError::NoTemperature { part: prepared.parts[part as usize].clone() }))
     }
 
     /// Largest change of a node since an orbit ago [K]. The drawn temperatures of a network that was moved change only at the next step, so its own

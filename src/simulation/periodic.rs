@@ -78,6 +78,7 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
                 return Ok(None);
             }
             let mut after = OrbitEnd::new(self.engine)?;
+            after.check(self.prepared)?;
             if let Some((base, _)) = &beside {
                 orbits.done.tolerance = base.tolerance(&after, self.prepared).max(tolerance);
                 after = base.without_its_change(&after);

@@ -62,12 +62,12 @@ pub(crate) fn settle<E>(
         let ahead = balance.temperatures();
         let next: Vec<f64> = (0..network.len()).map(|node| end[node] + ahead[node] - mean[node]).collect();
         let moves = (0..network.len()).filter(|node| network.capacitances[*node] > 0.0);
+        if next.iter().any(|next| !next.is_finite()) {
+            return Ok(None);
+        }
         let change = moves.map(|node| (next[node] - start[node]).abs()).fold(0.0, f64::max);
         if change <= tolerance {
             return Ok(Some(PeriodicState { orbit: rows, orbits, change }));
-        }
-        if !change.is_finite() {
-            return Ok(None);
         }
         // The correction of a nonlinear network must stay within the range of temperatures.
         start = next.iter().zip(end).map(|(next, end)| next.max(0.5 * end)).collect();
@@ -125,10 +125,12 @@ impl<'a> SlowModes<'a> {
             return None;
         }
         self.solve(&mut change, coupling);
+        let is_sound = |(end, change): (&f64, &f64)| *end >= 0.0 && (end + change).is_finite();
+        if !end.iter().zip(&change).all(is_sound) {
+            return None;
+        }
         // The correction of a nonlinear network must stay within the range of temperatures.
-        let next: Vec<f64> =
-            end.iter().zip(&change).map(|(end, change)| (end + change).clamp(0.5 * end, 2.0 * end)).collect();
-        next.iter().all(|next| next.is_finite()).then_some(next)
+        Some(end.iter().zip(&change).map(|(end, change)| (end + change).clamp(0.5 * end, 2.0 * end)).collect())
     }
 
     /// Replaces heat [W] by the changes of temperature [K] that carry it away. The heat that these changes send through `coupling` counts.
@@ -209,6 +211,18 @@ mod tests {
         let network = network(0.0);
         let mut balance = ReferenceStepper::new(network.clone(), &[]);
         let orbit = |start: &[f64]| Ok::<_, Infallible>(vec![start.to_vec(), vec![start[0] + 1.0, 300.0]]);
+        assert_eq!(settle(&network, 1.0, 1e-3, &mut balance, orbit), Ok(None));
+    }
+
+    #[test]
+    fn an_orbit_without_temperatures_has_no_periodic_state() {
+        let network = network(1.0);
+        let mut modes = SlowModes::new(&network, 1.0);
+        let mut ahead = |end: f64| modes.ahead(&[300.0, 300.0], &[end, 300.0], &[300.5, 300.0], None);
+        assert!(ahead(301.0).is_some());
+        assert_eq!([f64::NAN, f64::INFINITY, -1.0].map(&mut ahead), [None, None, None]);
+        let mut balance = ReferenceStepper::new(network.clone(), &[]);
+        let orbit = |start: &[f64]| Ok::<_, Infallible>(vec![start.to_vec(), vec![f64::NAN, 300.0]]);
         assert_eq!(settle(&network, 1.0, 1e-3, &mut balance, orbit), Ok(None));
     }
 
