@@ -13,6 +13,17 @@ pub(crate) use expansion::Expansion;
 /// Most bytes of a file that is read whole. Trajectories of a year at 1 s take half of it.
 pub(crate) const LARGEST_FILE: u64 = 4 << 30;
 
+/// First bytes of files that are no text.
+const BINARIES: [(&[u8], &str); 7] = [
+    (b"glTF", "a model (glTF)"),
+    (b"\x89PNG", "a picture (PNG)"),
+    (b"\xFF\xD8\xFF", "a picture (JPEG)"),
+    (b"\x76\x2F\x31\x01", "an image (EXR)"),
+    (b"\x89HDF", "an HDF5 file, as TMD files are"),
+    (b"PK\x03\x04", "a zip archive, as spreadsheets are"),
+    (b"\x1F\x8B", "a file compressed by gzip"),
+];
+
 /// Why a file is not read.
 #[derive(Debug, thiserror::Error)]
 pub enum FileFault {
@@ -37,9 +48,9 @@ pub enum FileFault {
     /// A file with more than this many bytes.
     #[error("it has more than {0} bytes, the most that is read")]
     Long(u64),
-    /// A text is not UTF-8.
-    #[error("it is not UTF-8 text")]
-    Utf8,
+    /// A text is not UTF-8, but maybe a file of a known kind.
+    #[error("it is not UTF-8 text{}", .0.map_or(String::new(), |kind| format!(", but {kind}")))]
+    Utf8(Option<&'static str>),
 }
 
 /// The files that a file may name.
@@ -82,7 +93,15 @@ pub(crate) fn read(path: &Path) -> Result<Vec<u8>, FileFault> {
 }
 
 pub(crate) fn read_text(path: &Path) -> Result<String, FileFault> {
-    String::from_utf8(read(path)?).map_err(|_| FileFault::Utf8)
+    text(read(path)?)
+}
+
+/// The bytes as text.
+fn text(bytes: Vec<u8>) -> Result<String, FileFault> {
+    String::from_utf8(bytes).map_err(|fault| {
+        let kind = BINARIES.iter().find(|(beginning, _)| fault.as_bytes().starts_with(beginning));
+        FileFault::Utf8(kind.map(|(_, kind)| *kind))
+    })
 }
 
 /// Reads a text that the command line names: a regular file, a pipe or a socket, such as `/dev/stdin`.
@@ -91,7 +110,7 @@ pub(crate) fn read_text_or_pipe(path: &Path) -> Result<String, FileFault> {
     if !is_stream(&metadata) {
         regular(&metadata)?;
     }
-    String::from_utf8(read_to(File::open(path)?, 0, LARGEST_FILE)?).map_err(|_| FileFault::Utf8)
+    text(read_to(File::open(path)?, 0, LARGEST_FILE)?)
 }
 
 /// Reads `file` to its end, which must come within `most` bytes.

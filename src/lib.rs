@@ -16,7 +16,7 @@
 //! - `view`: the page of `isotherm view`
 //!
 //! `server` serves images to simulators in other programs. `compare` runs one scene under three responses. `converge` refines the settings of a scene until they no longer matter. `sensitivity` changes the values of a scene one by one. `fit` finds the values that explain measurements. `paper` makes the figures of Vural et al. 2023. `bench` measures speed and error. `trace`
-//! records what host and device did. `text` makes names safe to show. `lens` tells which ray a pixel sees.
+//! records what host and device did. `text` makes names safe to show, and finds the one that is meant. `lens` tells which ray a pixel sees.
 
 #![cfg_attr(feature = "programs", deny(unreachable_pub))]
 // Without the programs much of what they open is not used.

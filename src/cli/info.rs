@@ -6,9 +6,9 @@ use serde_json::json;
 
 use super::device::DeviceArguments;
 use super::error::CliError;
-use super::info_network;
 use super::prepare::{device_memory, prepare_with_progress};
 use super::reach::ReachArguments;
+use super::{info_network, info_scene};
 use crate::gpu::context;
 use crate::gpu::effects::exchange::tables::ExchangeTables;
 use crate::gpu::frame::{Frame, compose};
@@ -36,13 +36,16 @@ use crate::text::plain_json;
 /// materials and parts.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm info\n  isotherm info models/station.toml\n  \
-isotherm info models/station.glb --json\n  isotherm info models/cubesat_conduction.toml --network network/")]
+isotherm info models/station.glb --json\n  isotherm info models/station.glb --scene\n  isotherm info models/cubesat_conduction.toml --network network/")]
 pub(crate) struct Arguments {
     /// Scene or model
     file: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
     json: bool,
+    /// Print a scene of a model to begin with
+    #[arg(long, requires = "file", conflicts_with_all = ["json", "network"])]
+    scene: bool,
     /// Write the thermal network of a scene into a folder, as a network file and as CSV, and print nothing else
     #[arg(long, value_name = "FOLDER", requires = "file", conflicts_with = "json")]
     network: Option<PathBuf>,
@@ -61,10 +64,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let (value, text) = match &arguments.file {
         None => devices(&arguments.device)?,
-        Some(path) if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) => {
+        Some(path)
+            if !arguments.scene && path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) =>
+        {
             scene(path, arguments.reach)?
         }
-        Some(path) => model(path, arguments.reach, arguments.json)?,
+        Some(path) => model(path, arguments)?,
     };
     if arguments.json {
         answer!("{}", plain_json(&format!("{value:#}")));
@@ -111,10 +116,16 @@ fn devices(wanted: &DeviceArguments) -> Result<(serde_json::Value, String), CliE
     Ok((json!({ "version": env!("CARGO_PKG_VERSION"), "devices": devices }), text))
 }
 
-fn model(path: &Path, reach: ReachArguments, as_json: bool) -> Result<(serde_json::Value, String), CliError> {
-    let summary = Model::load_within(path, &reach.of(path)).map_err(PrepareError::from)?.summary();
+fn model(path: &Path, arguments: &Arguments) -> Result<(serde_json::Value, String), CliError> {
+    let summary = Model::load_within(path, &arguments.reach.of(path)).map_err(PrepareError::from)?.summary();
+    if arguments.scene {
+        return Ok((
+            serde_json::Value::Null,
+            info_scene::text(path, summary.materials.iter().map(|material| material.name.as_str())),
+        ));
+    }
     // The JSON has fixed keys. The text prints remarks elsewhere.
-    for note in summary.notes.iter().filter(|_| as_json) {
+    for note in summary.notes.iter().filter(|_| arguments.json) {
         say!("note: {note}");
     }
     let value = serde_json::to_value(&summary).unwrap_or_default();

@@ -26,6 +26,7 @@ mod error;
 mod fit;
 mod info;
 mod info_network;
+mod info_scene;
 mod materials;
 mod memory;
 mod network;

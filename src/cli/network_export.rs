@@ -12,6 +12,7 @@ use crate::scene::network::NetworkFile;
 use crate::scene::network::export_tmd::{TmdSolution, tmd};
 use crate::scene::network::tables;
 use crate::simulation::prepare_error::PrepareError;
+use crate::text::suggestion;
 
 /// The network file in a folder of tables.
 const NETWORK: &str = "network.toml";
@@ -101,7 +102,11 @@ fn read_series(path: &Path, file: &NetworkFile) -> Result<(Vec<f64>, Vec<Vec<f64
     let solution = Solution::load_csv(path).map_err(PrepareError::from)?;
     let place = |label: &String| {
         solution.nodes.iter().position(|node| node.name == *label).ok_or_else(|| {
-            CliError::Usage(format!("{}: has no column for the node '{label}' of the network file", path.display()))
+            let near = suggestion(label, solution.nodes.iter().map(|node| node.name.as_str()));
+            CliError::Usage(format!(
+                "{}: has no column for the node '{label}' of the network file{near}",
+                path.display()
+            ))
         })
     };
     let places = file.labels.iter().map(place).collect::<Result<Vec<_>, _>>()?;

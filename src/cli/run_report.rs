@@ -29,8 +29,9 @@ pub(super) fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &RunOutco
     let steps = engine.steps();
     let images = outcome.frames.len() as u64;
     let mean = |of_kind: &dyn Fn(&str) -> bool, runs: u64| {
-        let times = passes.iter().filter(|pass| of_kind(&pass.name)).map(|pass| pass.median_ms * pass.count as f64);
-        (runs > 0 && !passes.is_empty()).then(|| times.sum::<f64>() / runs as f64)
+        let of_kind = passes.iter().filter(|pass| of_kind(&pass.name));
+        let whole = of_kind.map(|pass| pass.median_ms * pass.count as f64).reduce(|sum, time| sum + time);
+        whole.filter(|_| runs > 0).map(|whole| whole / runs as f64)
     };
     let costs = &outcome.network_costs;
     let median = |samples: Vec<f64>| PassTime::from_samples("network", &samples).map(|time| time.median_ms);

@@ -9,9 +9,9 @@ use super::distribution::Distribution;
 use super::distribution_reader::read;
 use super::toml_value::shown;
 use crate::scene::SceneError;
-use crate::scene::keys::{suggestion, unknown_key};
+use crate::scene::keys::unknown_key;
 use crate::scene::section::as_number as number;
-use crate::text::{plain, plain_lines};
+use crate::text::{plain, plain_lines, suggestion};
 
 /// Path and text of a SPEC file.
 pub(super) struct SpecFile<'a> {

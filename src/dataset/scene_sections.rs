@@ -4,7 +4,8 @@ use super::distribution::Distribution;
 use super::life::Life;
 use super::reader::SpecTable;
 use crate::scene::SceneError;
-use crate::scene::keys::{ROOT, SECTIONS, suggestion};
+use crate::scene::keys::{ROOT, SECTIONS};
+use crate::text::suggestion;
 
 /// The only section that is drawn for each image.
 pub(super) const SENSOR: &str = "sensor";

@@ -19,7 +19,7 @@ use crate::files::{self, Reach};
 use crate::labels::label_target::StatedTarget;
 use crate::labels::symmetry::Symmetry;
 use crate::scene::SceneError;
-use crate::scene::keys::suggestion;
+use crate::text::suggestion;
 
 /// Keys of the root.
 pub(crate) const KEYS: &[&str] = &[

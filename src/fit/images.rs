@@ -13,6 +13,7 @@ use crate::output::apparent::Apparent;
 use crate::output::exr::decode_exr;
 use crate::output::gray::{GrayImage, read_gray};
 use crate::scene::{FitInput, ImageRule};
+use crate::text::suggestion;
 use crate::thermal::planck::Band;
 
 /// A measured image.
@@ -63,7 +64,10 @@ impl ImageReader<'_> {
         let mut images = paths.iter().map(|path| self.image(path)).collect::<Result<Vec<_>, _>>()?;
         images.sort_by(|a, b| a.time.total_cmp(&b.time));
         if let Some(idle) = self.input.images.iter().find(|rule| !images.iter().any(|image| image.rule == **rule)) {
-            let message = format!("no measured image has a name like '{}'", idle.pattern);
+            let names: Vec<_> =
+                paths.iter().filter_map(|path| path.file_name()).map(|name| name.to_string_lossy()).collect();
+            let near = suggestion(&idle.pattern, names.iter().map(|name| &**name));
+            let message = format!("no measured image has a name like '{}'{near}", idle.pattern);
             return Err(self.input.error(idle.line, "image.file", message).into());
         }
         Ok(images)

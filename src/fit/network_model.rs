@@ -51,6 +51,9 @@ impl<'a> NetworkModel<'a> {
             let values: Vec<f64> = values(parameter, &mut file.clone()).into_iter().map(|value| *value).collect();
             let key = parameter.owner_key;
             let word = parameter.kind.word();
+            if let Some((owner, near)) = parameter.unknown_owner(file.labels.iter().map(String::as_str)) {
+                return Err(parameter.error(key, format!("the network has no {word} of '{owner}'{near}")).into());
+            }
             if values.is_empty() {
                 let message = format!("the network has no {word} of '{}'", parameter.owners.join("' and '"));
                 return Err(parameter.error(if key.is_empty() { "vary" } else { key }, message).into());

@@ -17,6 +17,9 @@ pub(super) struct Container<'a> {
 /// Splits a GLB file. Any other file counts as JSON text.
 /// The reader of the `gltf` crate subtracts the header from an unchecked length, so it is not used.
 pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, ModelFault> {
+    if bytes.iter().all(|byte| *byte == 0 || byte.is_ascii_whitespace()) {
+        return Err(ModelFault::Empty);
+    }
     if let Some(format) = format::other(bytes) {
         return Err(ModelFault::Format(format));
     }

@@ -67,6 +67,9 @@ pub enum ModelFault {
     /// A file of another format.
     #[error("this is {0}, and isotherm reads glTF 2.0 (.glb, .gltf): docs/cad.md says how to convert it")]
     Format(&'static str),
+    /// A file without content.
+    #[error("the file is empty: a program that was to write it has failed, so export the model again")]
+    Empty,
     /// The text is not JSON.
     #[error("the glTF JSON cannot be parsed: {0}")]
     Json(serde_json::Error),

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::waiting::Patient;
-use crate::text::plain_lines;
+use crate::text::{plain_lines, unsigned_zeros};
 
 /// Why the first line was lost that standard output should have taken.
 static LOST: Mutex<Option<io::Error>> = Mutex::new(None);
@@ -38,7 +38,7 @@ pub(crate) fn write_message(message: Arguments) {
 /// Writes lines of the answer to standard output, or to standard error while standard output carries a file. Hidden characters are escaped. The first
 /// failure is kept for [`finish`].
 pub(crate) fn write_answer(lines: Arguments) {
-    let text = format!("{}\n", plain_lines(&lines.to_string()));
+    let text = format!("{}\n", unsigned_zeros(&plain_lines(&lines.to_string())));
     if CARRIES_A_FILE.load(Ordering::Relaxed) {
         let _ = io::stderr().lock().write_all(text.as_bytes());
     } else if let Err(error) = Patient(io::stdout().lock()).write_all(text.as_bytes()) {
@@ -86,7 +86,7 @@ fn lost() -> MutexGuard<'static, Option<io::Error>> {
 
 fn shown(message: Arguments) -> String {
     let message = message.to_string();
-    format!("{}\n", plain_lines(&message).replace('\n', "\n  "))
+    format!("{}\n", unsigned_zeros(&plain_lines(&message)).replace('\n', "\n  "))
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use super::report::SettingGroup;
-use crate::text::plain_lines;
+use crate::text::{plain_lines, unsigned_zeros};
 
 const STYLE: &str = include_str!("report.css");
 
@@ -141,7 +141,7 @@ pub(crate) fn kelvin_text(value: f64) -> String {
 pub(crate) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     // HTML cannot represent control characters, even escaped.
-    for character in plain_lines(text).chars() {
+    for character in unsigned_zeros(&plain_lines(text)).chars() {
         match character {
             '&' => escaped.push_str("&amp;"),
             '<' => escaped.push_str("&lt;"),
@@ -173,7 +173,10 @@ fn link_target(path: &str) -> String {
 
 /// Three significant digits with trailing zeros: 12.5, 0.310, 8230.
 pub(crate) fn significant(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    if !value.is_finite() {
         return value.to_string();
     }
     let decimals = (2 - value.abs().log10().floor() as i32).max(0) as usize;

@@ -1,7 +1,6 @@
 //! Words of which a key takes one, and messages that list them.
 
-use super::keys::suggestion;
-use crate::text::plain;
+use crate::text::{plain, suggestion};
 
 /// The value of `word` in `choices`, or a message with the choices and the most similar one.
 pub(super) fn choose<T: Copy>(word: &str, choices: &[(&str, T)]) -> Result<T, String> {

@@ -6,6 +6,7 @@ use super::error::SceneError;
 use super::quantity::Quantity;
 use super::section::Section;
 use crate::model::{Model, Part};
+use crate::text::suggestion;
 
 /// The edge lengths that a part asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -66,7 +67,11 @@ impl Density {
                 let wildcard = WildMatch::new(pattern);
                 let mut matched = model.parts.iter().filter(|part| wildcard.matches(&part.name)).peekable();
                 if matched.peek().is_none() {
-                    idle.push(format!("Pattern '{pattern}' of [[part]] {} matches no part of the model.", index + 1));
+                    let near = suggestion(pattern, model.parts.iter().map(|part| part.name.as_str()));
+                    idle.push(format!(
+                        "Pattern '{pattern}' of [[part]] {} matches no part of the model{near}",
+                        index + 1
+                    ));
                 } else if matched.all(|part| self.parts[..index].iter().any(|rule| rule.matches(&part.name))) {
                     idle.push(format!(
                         "Pattern '{pattern}' of [[part]] {} matches what earlier ones match.",

@@ -13,6 +13,17 @@ pub enum SceneError {
         /// The reason from the operating system.
         reason: String,
     },
+    /// The file is a model, where a scene is asked for.
+    #[error(
+        "{}: is a model, and a scene is a TOML file that names it: path = \"{}\" under [model]. `isotherm info {} --scene > scene.toml` makes one to begin with",
+        path.display(),
+        path.file_name().unwrap_or_default().display(),
+        path.display()
+    )]
+    Model {
+        /// The model.
+        path: PathBuf,
+    },
     /// The file is not TOML.
     #[error("{}:{line}: not valid TOML: {message}", path.display())]
     Syntax {
@@ -77,7 +88,7 @@ impl SceneError {
     /// The file that the error is about, its line (from 1), and the key in it, as far as they are known. The first of several errors counts.
     pub(crate) fn place(&self) -> (Option<&Path>, Option<usize>, Option<&str>) {
         match self {
-            Self::Unreadable { path, .. } => (Some(path), None, None),
+            Self::Unreadable { path, .. } | Self::Model { path } => (Some(path), None, None),
             Self::Syntax { path, line, .. } => (Some(path), Some(*line), None),
             Self::Value { path, line, key, .. } => (Some(path), Some(*line), Some(key)),
             Self::Extras { model, key, .. } => (Some(model), None, Some(key)),
@@ -100,7 +111,7 @@ impl SceneError {
             Self::Syntax { path, line, .. } | Self::Value { path, line, .. } | Self::Unmatched { path, line, .. } => {
                 (Some(path.clone()), *line)
             }
-            Self::Unreadable { path, .. } => (Some(path.clone()), 0),
+            Self::Unreadable { path, .. } | Self::Model { path } => (Some(path.clone()), 0),
             Self::Extras { model, .. } => (Some(model.clone()), 0),
             Self::Several(errors) => errors.first().map_or((None, 0), Self::position),
         }

@@ -1,5 +1,7 @@
 //! All keys of a scene file by section, and suggestions for misspelt keys.
 
+use crate::text::{nearest, suggestion};
+
 /// The sections and the single keys of the root.
 pub(crate) const ROOT: &[&str] = &[
     "name",
@@ -259,35 +261,6 @@ pub(super) fn home(key: &str) -> Option<&'static str> {
     }
     let header = SECTIONS.iter().find(|(_, keys)| keys.contains(&key)).map(|(header, _)| *header);
     header.map(|header| header.trim_matches(['[', ']']))
-}
-
-/// The known word most similar to `word`, if any is similar.
-pub(super) fn nearest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Option<&'k str> {
-    let word = word.to_lowercase();
-    known
-        .into_iter()
-        .map(|candidate| (likeness(&word, &candidate.to_lowercase()), candidate))
-        .filter(|(likeness, _)| *likeness >= 0.5)
-        .max_by(|(a, _), (b, _)| a.total_cmp(b))
-        .map(|(_, candidate)| candidate)
-}
-
-/// Similarity of two words in [0, 1]. A word that contains the other one (`altitude_km`) counts as similar, and wins over a
-/// word with the same number of edits.
-fn likeness(word: &str, candidate: &str) -> f64 {
-    let edits = strsim::normalized_damerau_levenshtein(word, candidate);
-    let contained = word.len() > 2
-        && candidate.len() > 2
-        && (word.starts_with(candidate) || candidate.starts_with(word) || word.ends_with(candidate));
-    if contained { edits.max(0.75) + 0.05 } else { edits }
-}
-
-/// `; did you mean 'step'?`. If no word is similar, it lists the known words.
-pub(crate) fn suggestion<'k>(word: &str, known: impl IntoIterator<Item = &'k str> + Clone) -> String {
-    match nearest(word, known.clone()) {
-        Some(near) => format!("; did you mean '{near}'?"),
-        None => format!("; known here: {}", known.into_iter().collect::<Vec<_>>().join(", ")),
-    }
 }
 
 /// The message for an unknown key: the most similar known key, or the section that has this key.

@@ -1,5 +1,6 @@
 //! Reads a scene file into the checked [`Scene`], section by section.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
@@ -18,10 +19,19 @@ use super::{
 };
 use crate::environment::Environment;
 use crate::environment::trajectory::Trajectory;
-use crate::files::Reach;
+use crate::files::{self, Reach};
 use crate::thermal::passband::Passband;
 use crate::thermal::planck::Band;
 use crate::thermal::sensor::Sensor;
+
+/// Whether a file is there and has the name of a glTF file, or begins as one.
+fn is_model(path: &Path) -> bool {
+    let ending = path.extension().unwrap_or_default();
+    let Ok((mut file, _)) = files::open(path) else { return false };
+    let mut begins = [0; 4];
+    ["glb", "gltf"].iter().any(|known| ending.eq_ignore_ascii_case(known))
+        || (file.read_exact(&mut begins).is_ok() && begins == *b"glTF")
+}
 
 impl Scene {
     /// Reads and checks a scene file. Paths in the file are relative to its folder, and lead to files in it.
@@ -37,6 +47,9 @@ impl Scene {
     /// # Errors
     /// As for `load`.
     pub fn load_within(path: &Path, reach: Reach) -> Result<Self, SceneError> {
+        if is_model(path) {
+            return Err(SceneError::Model { path: path.to_path_buf() });
+        }
         Self::parse_within(&read_text(path)?, path, reach)
     }
 

@@ -7,6 +7,7 @@ use wildmatch::WildMatch;
 
 use crate::files::Reach;
 use crate::model::{Model, ModelMaterial};
+use crate::text::suggestion;
 use crate::thermal::material::Material;
 
 use super::error::SceneError;
@@ -375,11 +376,10 @@ impl MaterialRules {
                     let pattern = WildMatch::new(pattern);
                     !model.parts.iter().any(|part| pattern.matches(&part.name))
                 };
-                idle.extend(
-                    parts.iter().filter(is_idle).map(|pattern| {
-                        format!("Pattern '{pattern}' of rule {} matches no part of the model.", index + 1)
-                    }),
-                );
+                idle.extend(parts.iter().filter(is_idle).map(|pattern| {
+                    let near = suggestion(pattern, model.parts.iter().map(|part| part.name.as_str()));
+                    format!("Pattern '{pattern}' of rule {} matches no part of the model{near}", index + 1)
+                }));
                 continue;
             }
             for pattern in &rule.patterns {
@@ -387,9 +387,12 @@ impl MaterialRules {
                 let mut matched = model.materials.iter().filter(|material| wildcard.matches(&material.name)).peekable();
                 if matched.peek().is_none() {
                     let of_part = model.parts.iter().any(|part| wildcard.matches(&part.name));
-                    let hint = if of_part { ", but a part: state it as 'part'" } else { "" };
+                    let hint = match of_part {
+                        true => ", but a part: state it as 'part'.".to_owned(),
+                        false => suggestion(pattern, model.materials.iter().map(|material| material.name.as_str())),
+                    };
                     idle.push(format!(
-                        "Pattern '{pattern}' of rule {} matches no material of the model{hint}.",
+                        "Pattern '{pattern}' of rule {} matches no material of the model{hint}",
                         index + 1
                     ));
                 } else if matched.all(|material| {

@@ -10,6 +10,7 @@ use super::file::{SourceFile, unreadable};
 use super::quantity::Quantity;
 use super::section::Section;
 use crate::files::{self, Reach};
+use crate::text::suggestion;
 
 const KEYS: &[&str] = &[
     "name",
@@ -179,6 +180,13 @@ impl Parameter {
     /// An error about a key of this parameter.
     pub(crate) fn error(&self, key: &str, message: String) -> SceneError {
         SceneError::Value { path: self.path.clone(), line: self.line, key: format!("parameter.{key}"), message }
+    }
+
+    /// The first owner that is none of the known names, and what it may mean.
+    pub(crate) fn unknown_owner<'k>(&self, known: impl IntoIterator<Item = &'k str> + Clone) -> Option<(&str, String)> {
+        let fits = |pattern: &WildMatch| known.clone().into_iter().any(|name| pattern.matches(name));
+        let unknown = self.owners.iter().find(|owner| !fits(&WildMatch::new(owner)))?;
+        Some((unknown, suggestion(unknown, known.clone())))
     }
 
     /// Whether the parameter varies a value of the outside of a material.

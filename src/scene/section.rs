@@ -11,10 +11,10 @@ use super::choice::choose;
 use super::error::SceneError;
 use super::faults::{FaultKind, Instead, KeyPlace};
 use super::file::SourceFile;
-use super::keys::{nearest, unknown_key};
+use super::keys::unknown_key;
 use super::quantity::Quantity;
 use super::valid_scene;
-use crate::text::plain;
+use crate::text::{nearest, plain};
 
 /// A table of the file. All its keys are known.
 #[derive(Debug, Clone)]

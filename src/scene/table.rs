@@ -6,12 +6,12 @@ use std::path::Path;
 use super::error::SceneError;
 use super::faults::Faults;
 use super::file::{SourceFile, read_text, unreadable};
-use super::keys::{TABLE_ENTRY, suggestion};
+use super::keys::TABLE_ENTRY;
 use super::material_record::MaterialRecord;
 use super::section::Section;
 use super::values::Values;
 use crate::files::{self, Reach};
-use crate::text::plain;
+use crate::text::{plain, suggestion};
 
 /// The table of this repository.
 const SHIPPED: &str = include_str!("../../models/materials.toml");

@@ -21,6 +21,23 @@ pub(crate) fn values(parameter: &Parameter, prepared: &Prepared) -> Result<Vec<f
         values.extend(of_material(parameter, material));
     }
     let key = parameter.owner_key;
+    let names = prepared.materials.iter().map(|material| material.name.as_str());
+    let heated = prepared.scene.heaters.iter().flat_map(|heater| &heater.parts).map(String::as_str);
+    let sides = prepared.scene.contacts.iter().flat_map(|rule| &rule.between).map(OwnerPatterns::pattern);
+    let unknown = match key {
+        "" => None,
+        "material" => parameter.unknown_owner(names),
+        "part" => parameter.unknown_owner(heated),
+        _ => parameter.unknown_owner(sides),
+    };
+    if let Some((owner, near)) = unknown {
+        let message = match key {
+            "material" => format!("no material '{owner}' is in the model{near}"),
+            "part" => format!("the scene has no heater of '{owner}'{near}"),
+            _ => format!("the scene has no contact of '{}'{near}", parameter.owners.join("' and '")),
+        };
+        return Err(parameter.error(key, message).into());
+    }
     if values.is_empty() {
         let what = parameter.kind.word();
         let message = match key {

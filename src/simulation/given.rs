@@ -10,6 +10,7 @@ use wildmatch::WildMatch;
 use super::prepare_error::PrepareError;
 use crate::model::nodes::{GROUP, Nodes};
 use crate::scene::{Mapping, Scene, SolvedNode, Temperatures};
+use crate::text::suggestion;
 
 /// A node of the model to which no node of the file belongs.
 const NONE: u32 = u32::MAX;
@@ -223,11 +224,13 @@ fn remarks(
         for [part, node] in rows {
             let pattern = WildMatch::new(part);
             if !parts.iter().any(|part| pattern.matches(part)) {
-                warnings.push(format!("temperatures.map: the model has no part '{part}'"));
+                let near = suggestion(part, parts.iter().map(String::as_str));
+                warnings.push(format!("temperatures.map: the model has no part '{part}'{near}"));
             }
             let pattern = WildMatch::new(node);
             if !all.iter().any(|own| pattern.matches(&own.name) || pattern.matches(&own.label)) {
-                warnings.push(format!("temperatures.map: {file} has no node '{node}'"));
+                let near = suggestion(node, all.iter().flat_map(|own| [&*own.name, &*own.label]));
+                warnings.push(format!("temperatures.map: {file} has no node '{node}'{near}"));
             }
         }
     }

@@ -12,6 +12,7 @@ use crate::environment::step::StepLoads;
 use crate::model::nodes::Nodes;
 use crate::model::{Model, SceneNode};
 use crate::scene::{JointMotion, JointRule, Scene};
+use crate::text::suggestion;
 
 /// Relative error up to which a transform counts as a similarity.
 const DISTORTION: f64 = 1e-6;
@@ -41,7 +42,8 @@ pub(super) fn joints(scene: &Scene, model: &Model) -> Result<(Vec<Joint>, Vec<u3
                 let mut known: Vec<&str> = model.tree.iter().map(|node| node.name.as_str()).collect();
                 known.sort_unstable();
                 known.dedup();
-                let message = format!("the model has no node '{pattern}'; it has {}", known.join(", "));
+                let near = suggestion(pattern, known);
+                let message = format!("the model has no node '{pattern}'{near}");
                 return Err(fail(message));
             }
         }
@@ -104,9 +106,8 @@ fn played(name: &str, repeats: bool, node: &SceneNode, model: &Model) -> Result<
         if let Some(Err(problem)) = model.animations.iter().find(|one| one.as_ref().is_err_and(|p| p.contains(name))) {
             return Err(problem.clone());
         }
-        let known: Vec<&str> = model.animations.iter().flatten().map(|animation| animation.name.as_str()).collect();
-        let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
-        return Err(format!("the model has no animation '{name}'; it has {known}"));
+        let known = model.animations.iter().flatten().map(|animation| animation.name.as_str());
+        return Err(format!("the model has no animation '{name}'{}", suggestion(name, known)));
     };
     let Some(motion) = animation.nodes.iter().find(|motion| motion.node == node.index) else {
         let moved = animation.nodes.iter().filter_map(|motion| {

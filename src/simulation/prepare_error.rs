@@ -196,7 +196,7 @@ pub enum PrepareError {
     #[error("{}", PrepareError::each(self).join("\n"))]
     Several(Vec<PrepareError>),
     /// A probe on a part that does not exist.
-    #[error("{path}: probe '{probe}': the model has no part '{part}'; it has {parts}")]
+    #[error("{path}: probe.part: of '{probe}', the model has no part '{part}'{near}")]
     ProbePart {
         /// The scene file.
         path: PathBuf,
@@ -204,8 +204,8 @@ pub enum PrepareError {
         probe: String,
         /// The part that it names.
         part: String,
-        /// The parts of the model.
-        parts: String,
+        /// The nearest name, or the parts of the model, with leading punctuation.
+        near: String,
     },
 }
 

@@ -22,6 +22,7 @@ use crate::model::nodes::{GROUP, Nodes};
 use crate::model::{MergeSummary, Model, ModelError, Skipped};
 use crate::raster::traced::LARGEST_REFLECTED;
 use crate::scene::{Camera, Draw, Initial, JointMotion, Reflections, Scene, file_hash, scene_hash};
+use crate::text::suggestion;
 use crate::thermal::balance::{balance_temperature, emissivity_sum};
 use crate::thermal::material::{Material, Response, Sides};
 use crate::thermal::radiative::{PARTS_AT_MOST, time_constant};
@@ -264,7 +265,7 @@ pub(super) fn probe_nodes(scene: &Scene, parts: &[String], nodes: &Nodes) -> Res
                 path: scene.source.clone(),
                 probe: probe.name.clone(),
                 part: name.clone(),
-                parts: parts.join(", "),
+                near: suggestion(name, parts.iter().map(String::as_str)),
             })? as u32),
         };
         found.push(nearest_node(nodes, probe.position, part).unwrap_or(0));

@@ -358,7 +358,7 @@ fn all_names_that_the_model_lacks_are_told() {
     let ran = run(folder.0.path(), &["check", "scene.toml"]);
     let errors: Vec<&str> = ran.err.lines().filter(|line| line.starts_with("error: ")).collect();
     assert!(ran.code == 2 && errors.len() == 3, "{}", ran.err);
-    for words in ["give values to 1 of", "has no node 'hinge'", "has no part 'wing'"] {
+    for words in ["give values to 1 of", "has no node 'hinge'", "has no part 'wing'; did you mean 'wing_"] {
         assert!(errors.iter().any(|error| error.contains(words)), "{words}: {}", ran.err);
     }
 }

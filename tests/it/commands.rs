@@ -48,6 +48,33 @@ fn info_of_a_model_has_these_keys() {
     assert!(text.contains("18") && text.contains("normals computed"), "{text}");
 }
 
+/// The scene that `info MODEL --scene` prints can be run as it is.
+#[test]
+fn info_makes_a_scene_of_a_model() {
+    let folder = Folder::new(SCENE);
+    let scene = succeed(folder.0.path(), &["info", "made.glb", "--scene"]);
+    folder.write("begun.toml", &scene);
+    let checked = json(folder.0.path(), &["check", "begun.toml", "--json"]);
+    assert_eq!(scene.matches("[[material]]").count(), 3, "{scene}");
+    let quick = scene.replace("steps = 96", "steps = 1").replace("draw_every = 24", "draw_every = 1");
+    folder.write("begun.toml", &quick.replace("warm_up", "# warm_up"));
+    succeed(folder.0.path(), &["run", "begun.toml", "-o", "out"]);
+    assert!(folder.path("out/frames/step_000001.exr").exists(), "{checked}");
+}
+
+/// The sphere has surfaces in balance alone, whose step has no pass of its own.
+#[test]
+fn no_printed_number_is_a_negative_zero() {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+    let out = tempfile::tempdir().expect("a folder");
+    let folder = out.path().join("out");
+    let printed = succeed(&models, &["run", "sphere.toml", "-o", folder.to_str().expect("a path")]);
+    let page = std::fs::read_to_string(folder.join("report.html")).expect("a report");
+    for text in [printed, page] {
+        assert!(!text.contains("-0.0 ") && !text.contains("-0.00") && !text.contains(">-0<"), "{text}");
+    }
+}
+
 /// Passes, buffers and switched-off effects of a scene, as `info` prints them.
 fn frame_of(scene: &str) -> (Value, Vec<String>, Vec<String>) {
     let folder = Folder::new(scene);
@@ -191,6 +218,8 @@ fn what_a_user_can_mend_is_refused_with_2() {
     folder.write("absent.toml", &scene_with(&[("made.glb", "unmade.glb")]));
     folder.write("unmatched.toml", &scene_with(&[("match = \"mast\"", "match = \"masts\"")]));
     folder.write("broken.glb", "glTF");
+    folder.write("empty.glb", "");
+    folder.write("unnamed", "glTF\u{2}");
     folder.write("afile", "");
     let at = folder.0.path();
     let says = |arguments: &[&str], words: &[&str]| {
@@ -207,6 +236,17 @@ fn what_a_user_can_mend_is_refused_with_2() {
     says(&["info", "nowhere.toml"], &["nowhere.toml"]);
     says(&["info", "nowhere.glb"], &["nowhere.glb"]);
     says(&["info", "broken.glb", "--json"], &["broken.glb"]);
+    says(&["info", "empty.glb"], &["empty.glb: the file is empty"]);
+    let model = [
+        "is a model, and a scene is a TOML file",
+        "path = \"made.glb\" under [model]",
+        "isotherm info made.glb --scene",
+    ];
+    says(&["run", "made.glb", "-o", "out"], &model);
+    says(&["check", "made.glb"], &model);
+    says(&["run", "empty.glb", "-o", "out"], &["empty.glb: is a model"]);
+    says(&["run", "unnamed", "-o", "out"], &["unnamed: is a model"]);
+    says(&["network", "made.glb"], &["made.glb: cannot be read: it is not UTF-8 text, but a model (glTF)"]);
     says(&["run", "scene.toml", "-o", "out", "--device", "abacus"], &["abacus", "there are: '"]);
     says(&["render", "scene.toml", "--time", "60", "-o", "a.exr", "--device", "abacus"], &["abacus"]);
     says(&["radiance", "300", "--device", "abacus"], &["abacus"]);

@@ -159,8 +159,8 @@ fn parts_take_the_nodes_of_a_tmd_by_label_and_by_a_table() {
     folder.write("map.csv", "part,node\nbody,100\nwing_*,102\nmast,mast\nkeel,100\nmast,77\n");
     assert!(shows(&folder, |part, _, time| bent(if part == "wing_port" { "wing_starboard" } else { part }, time)));
     let warnings = folder.prepared().warnings.join("\n");
-    assert!(warnings.contains("the model has no part 'keel'"), "{warnings}");
-    assert!(warnings.contains("craft.TMD has no node '77'"), "{warnings}");
+    assert!(warnings.contains("the model has no part 'keel'; known here: body, "), "{warnings}");
+    assert!(warnings.contains("craft.TMD has no node '77'; "), "{warnings}");
 
     for length in [9, bytes.len() / 2, bytes.len() - 1] {
         let message = refused(&craft("craft.TMD", &bytes[..length], ""));

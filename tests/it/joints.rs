@@ -396,7 +396,7 @@ fn what_cannot_move_is_refused() {
     };
     let sun = "[[joint]]\npart = \"wing_port\"\nmode = \"sun\"\naxis = \"+X\"\nsun_axis = \"+Z\"\n";
     for (from, to, expected) in [
-        ("wing_port", "wing_prot", "the model has no node 'wing_prot'; it has body, mast, wing_port, wing_starboard"),
+        ("wing_port", "wing_prot", "the model has no node 'wing_prot'; did you mean 'wing_port'?"),
         ("\"+Z\"", "\"-X\"", "is parallel to 'axis'"),
         ("axis = \"+X\"\n", "", "joint.axis: is missing"),
         ("mode", "limits_deg = [10, -10]\nmode", "must run from low to high"),

@@ -142,13 +142,20 @@ fn what_a_network_lacks_is_said() {
     let error = refused(&[(TRANSITION, &thin)], "");
     assert!(error.contains("'skin'") && error.contains("thickness"), "{error}");
     let error = refused(&[(TRANSITION, SKIN)], "[[contact]]\nbetween = [\"body\", \"tail\"]\nconductance = 1\n");
-    assert!(error.contains("no part 'tail'"), "{error}");
+    assert!(error.contains("contact.between: ") && error.contains("no part 'tail'; known here: body, "), "{error}");
+    let error =
+        refused(&[(TRANSITION, SKIN)], "[[contact]]\nbetween_materials = [\"skin\", \"cels\"]\nconductance = 1\n");
+    assert!(error.contains("no material 'cels'; did you mean 'cells'?"), "{error}");
     let error = refused(&[(TRANSITION, SKIN)], "[[contact]]\nbetween = [\"body\", \"mast\"]\nconductance = 1\n");
     assert!(error.contains("has no nodes in the network"), "{error}");
     let error = refused(&[(TRANSITION, SKIN)], "[[contact]]\nbetween = [\"body\", \"mast\"]\n");
     assert!(error.contains("conductance"), "{error}");
     let error = refused(&[], "[[heater]]\npart = \"body\"\npower = 3\n");
     assert!(error.contains("response = 'network'"), "{error}");
+    let error = refused(&[(TRANSITION, SKIN)], "[[heater]]\npart = [\"body\", \"wing_prt\"]\npower = 3\n");
+    assert!(error.contains("heater.part: the model has no part 'wing_prt'; did you mean 'wing_port'?"), "{error}");
+    let error = refused(&[(TRANSITION, SKIN)], "[[heater]]\npart = \"sail\"\npower = 3\n");
+    assert!(error.contains("no part 'sail'; known here: body, wing_port, wing_starboard, mast"), "{error}");
     let error = refused(&[(TRANSITION, SKIN)], "[[heater]]\npart = \"body\"\npower = 3\nprobe = \"nose\"\n");
     assert!(error.contains("no [[probe]] 'nose'") && error.contains("tip"), "{error}");
     let error = refused(&[(TRANSITION, SKIN)], "[network]\nintegrator = \"fast\"\n");

@@ -242,7 +242,7 @@ fn wrong_parameters_are_refused_before_anything_is_written() {
         (parameter("vary = \"albedo\"\nrange = [0.4, 0.2]"), "parameter.range: must be two rising"),
         (
             parameter(&format!("vary = \"absorptivity\"\nmaterial = \"gold*\"\n{range}")),
-            "parameter.material: no material 'gold*'",
+            "parameter.material: no material 'gold*' is in the model; known here: skin, ",
         ),
         (parameter(&format!("vary = \"absorptivity\"\nmaterial = \"skin\"\nface = \"back\"\n{range}")), "has a back"),
         (

@@ -8,10 +8,10 @@ use std::path::Path;
 use super::error::SceneError;
 use super::faults::Faults;
 use super::file::{SourceFile, unreadable};
-use super::keys::suggestion;
 use super::quantity::Quantity;
 use super::section::Section;
 use crate::files::{self, Reach};
+use crate::text::suggestion;
 use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
 use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
 

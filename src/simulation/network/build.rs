@@ -106,7 +106,7 @@ impl SceneNetwork {
             }
             let whole: f64 = areas.values().sum();
             if whole <= 0.0 {
-                let message = format!("heater: no part '{}' is in the network", heater.parts.join("', '"));
+                let message = format!("heater.part: no part '{}' is in the network", heater.parts.join("', '"));
                 return Err(PrepareError::network(scene, message));
             }
             let shares: Vec<(u32, f64)> = areas.into_iter().map(|(node, area)| (node, area / whole)).collect();

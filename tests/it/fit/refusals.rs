@@ -41,7 +41,11 @@ fn what_does_not_fit_is_refused_and_nothing_is_written() {
             format!("{one}[[image]]\nfile = \"*.exr\"\nsigma = 1\n"),
             "has no meaning for a network file",
         ),
-        (good.to_owned(), one.replace("panel", "panels"), "the network has no capacitance of 'panels'"),
+        (
+            good.to_owned(),
+            one.replace("panel", "panels"),
+            "the network has no capacitance of 'panels'; did you mean 'panel'?",
+        ),
         (
             good.to_owned(),
             one.replace("capacitance", "absorptivity").replace("node", "material"),

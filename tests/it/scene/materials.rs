@@ -131,7 +131,7 @@ fn the_first_rule_that_matches_wins_and_idle_patterns_are_named() {
         scene.materials.idle_patterns(&model),
         [
             "Pattern 'AB' of rule 2 matches what earlier rules match.",
-            "Pattern 'a*' of rule 2 matches no material of the model.",
+            "Pattern 'a*' of rule 2 matches no material of the model; did you mean 'AB'?",
         ]
     );
     let rule: &MaterialRule = &scene.materials.rules[1];
