@@ -116,8 +116,8 @@ pub(super) fn balance_sides(patches: &[Patch], cast: &Sparse, shared: &mut Spars
 /// Factors that one thread renews together.
 const CHUNK: usize = 1024;
 
-/// Scales areas, whose places and values are symmetric, until each row shares the wanted area with each side that it has entries of, and with all other sides together.
-pub(super) fn fit_sides(shared: &mut Sparse, sides: &[u32], wanted: &[Sided]) {
+/// The areas that factors of `shared` want [m2], and for each entry the place of its own factor and of the factor of its mirror image. Each row has a factor for each class of sides.
+fn factor_places(shared: &Sparse, sides: &[u32], wanted: &[Sided]) -> (Vec<f64>, Vec<[u32; 2]>) {
     let count = shared.len();
     // The classes of sides of each row, one row after the other, and the areas that it wants of them.
     let mut first = vec![0];
@@ -135,7 +135,6 @@ pub(super) fn fit_sides(shared: &mut Sparse, sides: &[u32], wanted: &[Sided]) {
         of_rows.extend(of_row);
         first.push(of_rows.len());
     }
-    // For each entry the place of its own factor and of the factor of its mirror image.
     let mut places = vec![[0u32; 2]; shared.entries.len()];
     for row in 0..count {
         let of_row = first[row]..first[row + 1];
@@ -154,10 +153,16 @@ pub(super) fn fit_sides(shared: &mut Sparse, sides: &[u32], wanted: &[Sided]) {
             *image += 1;
         }
     }
+    (right, places)
+}
+
+/// Scales areas, whose places and values are symmetric, until each row shares the wanted area with each side that it has entries of, and with all other sides together.
+pub(super) fn fit_sides(shared: &mut Sparse, sides: &[u32], wanted: &[Sided]) {
+    let (right, places) = factor_places(shared, sides, wanted);
     // The entries of each factor, one factor after the other.
-    let mut starts = vec![0u32; of_rows.len() + 1];
+    let mut starts = vec![0u32; right.len() + 1];
     places.iter().for_each(|[own, _]| starts[*own as usize + 1] += 1);
-    (0..of_rows.len()).for_each(|own| starts[own + 1] += starts[own]);
+    (0..right.len()).for_each(|own| starts[own + 1] += starts[own]);
     let mut next = starts.clone();
     let (mut areas, mut mirrors) = (vec![0.0; places.len()], vec![0u32; places.len()]);
     for ((_, area), [own, mirrored]) in shared.entries.iter().zip(&places) {
@@ -165,7 +170,7 @@ pub(super) fn fit_sides(shared: &mut Sparse, sides: &[u32], wanted: &[Sided]) {
         (areas[*at as usize], mirrors[*at as usize]) = (*area, *mirrored);
         *at += 1;
     }
-    let mut factors = vec![1.0; of_rows.len()];
+    let mut factors = vec![1.0; right.len()];
     let watch = Watch::begin();
     for _ in 0..ROUNDS {
         watch.look();

@@ -26,8 +26,8 @@ const THIN: f64 = 0.006;
 /// Pairs of a side that are expected to stand for others, below which this side is balanced only together with others: sides of which no pair is kept can be given nothing,
 /// and the light of a patch would go elsewhere.
 const STANDING: f64 = 8.0;
-/// Part of the area of a side that pairs which stand for others may have in any case.
-const SURE: f64 = 0.05;
+/// Part of the area of a side that pairs which stand for others may have in any case: the rest is kept for sure.
+const SURE: f64 = 0.5;
 /// Rounds in which kept entries are scaled to the right sums of their rows.
 const ROUNDS: usize = 100;
 /// Error of such a sum, over the sum, that is left to the diagonal.

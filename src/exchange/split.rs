@@ -20,8 +20,6 @@ use crate::thermal::material::Material;
 const RAYS: usize = 1 << 21;
 /// Bounds of the rays of a face of a node.
 const RAYS_OF_FACE: [usize; 2] = [16, 1024];
-/// Rays of the file's pose over the rays of another pose. The poses find what joints change, and this is mostly large.
-const OF_OTHERS: usize = 2;
 /// Difference of what two halves see, over the root of the share that is of the craft, up to which a patch stays whole. On a floor beside a wall at 500 K it is 3 K
 /// at most wherever the floor warms by the wall alone.
 const DIFFERENCE: f64 = 0.004;
@@ -72,7 +70,7 @@ impl NodeViews {
             })
             .collect();
         let surfaces = sides.len() + INNER as usize + 1;
-        let views = |(poses, rays): (&[DAffine3], usize)| {
+        let views = |poses: &[DAffine3]| {
             let ends = cast_rays(surface, &faces, &Scenery::new(surface, poses), rays as u32, 0..count as u32);
             let row = |ends: &[u32]| -> SparseRow {
                 let side = |end: &u32| match *end {
@@ -89,8 +87,8 @@ impl NodeViews {
             let seen = faces.of_node.iter().map(|faces| [of_face(&faces[0]), of_face(&faces[1])]).collect();
             PoseViews { seen, surfaces, rays }
         };
-        let others = others.iter().map(|poses| (poses.as_slice(), rays / OF_OTHERS));
-        Self { poses: std::iter::once((&[][..], rays)).chain(others).map(views).collect() }
+        let poses = std::iter::once(&[][..]).chain(others.iter().map(Vec::as_slice));
+        Self { poses: poses.map(views).collect() }
     }
 
     /// Whether the front and the back of each node see mostly inner faces, in the file's pose.

@@ -183,8 +183,7 @@ impl Prepared {
         warnings.extend(network.iter().flat_map(|network| network.remarks()));
         progress(PrepareStage::Patches);
         let like = like.and_then(|like| like.exchange.as_ref());
-        let exchange =
-            steps::exchange(&scene, &nodes, &triangles, network.as_deref(), &materials, loads.joints(), like)?;
+        let exchange = steps::exchange(&scene, &nodes, &triangles, network.as_deref(), &materials, &loads, like)?;
         warnings.extend(surface_warnings(&scene, exchange.as_deref(), (&nodes, &triangles, &materials)));
         Ok(Self {
             light: light.with_pixels(&scene, (&nodes, &triangles, &materials), network.as_ref()),

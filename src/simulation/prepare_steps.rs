@@ -10,7 +10,7 @@ use super::density;
 use super::exchange::ExchangeCraft;
 use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, PrepareStage};
-use crate::environment::joints::{Joint, Joints};
+use crate::environment::joints::Joint;
 use crate::environment::orbit::period_disagreement;
 use crate::environment::shadow::tree_boxes;
 use crate::environment::sky::SkyError;
@@ -364,12 +364,13 @@ pub(super) fn exchange(
     triangles: &[[u32; 3]],
     network: Option<&SceneNetwork>,
     materials: &[Material],
-    joints: &Joints,
+    loads: &StepLoads,
     like: Option<&Arc<ExchangeCraft>>,
 ) -> Result<Option<Arc<ExchangeCraft>>, PrepareError> {
     let craft = |settings| match like {
         Some(like) => Ok(like.with_optics(materials)),
         None => {
+            let joints = loads.joints();
             ExchangeCraft::new(settings, scene.time.step, nodes, triangles, network, materials, joints).map(Arc::new)
         }
     };
