@@ -30,8 +30,9 @@ pub(super) fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &RunOutco
     let images = outcome.frames.len() as u64;
     let mean = |of_kind: &dyn Fn(&str) -> bool, runs: u64| {
         let of_kind = passes.iter().filter(|pass| of_kind(&pass.name));
-        let whole = of_kind.map(|pass| pass.median_ms * pass.count as f64).reduce(|sum, time| sum + time);
-        whole.filter(|_| runs > 0).map(|whole| whole / runs as f64)
+        // The sum of no times is -0.
+        let whole = of_kind.map(|pass| pass.median_ms * pass.count as f64).fold(0.0, |sum, time| sum + time);
+        (runs > 0 && !passes.is_empty()).then_some(whole / runs as f64)
     };
     let costs = &outcome.network_costs;
     let median = |samples: Vec<f64>| PassTime::from_samples("network", &samples).map(|time| time.median_ms);

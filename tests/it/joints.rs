@@ -303,7 +303,7 @@ fn an_animation_in_the_file_is_played() {
     let message = refused(&joint.replace("wing_port", "mast"), &animate);
     assert!(message.contains("does not move it; it moves wing_port"), "{message}");
     let message = refused(joint, &|_| ());
-    assert!(message.contains("no animation 'unfold'; it has none"), "{message}");
+    assert!(message.contains("no animation 'unfold'; none is known here"), "{message}");
 }
 
 /// Mean cosine between the Sun and the normals of nodes that face the Sun in the file's pose.
