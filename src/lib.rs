@@ -43,6 +43,7 @@ pub mod internals;
 #[cfg(feature = "datasets")]
 mod labels;
 mod lens;
+mod misspelt;
 mod model;
 mod output;
 pub mod package;

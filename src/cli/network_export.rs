@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::error::CliError;
+use crate::misspelt::suggestion;
 use crate::output::console::say;
 use crate::output::destination::{Destination, destinations};
 use crate::output::folder::Folder;
@@ -12,7 +13,6 @@ use crate::scene::network::NetworkFile;
 use crate::scene::network::export_tmd::{TmdSolution, tmd};
 use crate::scene::network::tables;
 use crate::simulation::prepare_error::PrepareError;
-use crate::text::suggestion;
 
 /// The network file in a folder of tables.
 const NETWORK: &str = "network.toml";

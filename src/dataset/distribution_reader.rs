@@ -7,8 +7,8 @@ use toml::{Spanned, Value};
 
 use super::distribution::{Distribution, NAMES, normal_share};
 use super::toml_value::shown;
+use crate::misspelt::suggestion;
 use crate::scene::section::as_number as number;
-use crate::text::suggestion;
 
 /// Least probability of `within`, below which a normal distribution is refused.
 const LEAST_SHARE: f64 = 1e-6;

@@ -8,10 +8,11 @@ use toml::de::{DeTable, DeValue};
 use super::distribution::Distribution;
 use super::distribution_reader::read;
 use super::toml_value::shown;
+use crate::misspelt::suggestion;
 use crate::scene::SceneError;
 use crate::scene::keys::unknown_key;
 use crate::scene::section::as_number as number;
-use crate::text::{plain, plain_lines, suggestion};
+use crate::text::{plain, plain_lines};
 
 /// Path and text of a SPEC file.
 pub(super) struct SpecFile<'a> {

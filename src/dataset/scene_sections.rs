@@ -3,9 +3,9 @@
 use super::distribution::Distribution;
 use super::life::Life;
 use super::reader::SpecTable;
+use crate::misspelt::suggestion;
 use crate::scene::SceneError;
 use crate::scene::keys::{ROOT, SECTIONS};
-use crate::text::suggestion;
 
 /// The only section that is drawn for each image.
 pub(super) const SENSOR: &str = "sensor";

@@ -18,8 +18,8 @@ use super::time_rule::TimeRule;
 use crate::files::{self, Reach};
 use crate::labels::label_target::StatedTarget;
 use crate::labels::symmetry::Symmetry;
+use crate::misspelt::suggestion;
 use crate::scene::SceneError;
-use crate::text::suggestion;
 
 /// Keys of the root.
 pub(crate) const KEYS: &[&str] = &[

@@ -9,11 +9,11 @@ use wildmatch::WildMatch;
 use super::FittingError;
 use crate::environment::trajectory::seconds_between;
 use crate::files;
+use crate::misspelt::suggestion;
 use crate::output::apparent::Apparent;
 use crate::output::exr::decode_exr;
 use crate::output::gray::{GrayImage, read_gray};
 use crate::scene::{FitInput, ImageRule};
-use crate::text::suggestion;
 use crate::thermal::planck::Band;
 
 /// A measured image.

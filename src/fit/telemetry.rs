@@ -6,8 +6,8 @@ use hifitime::Epoch;
 
 use super::FittingError;
 use super::measurements::{MeasuredGroup, MeasuredPoint, Measurements};
+use crate::misspelt::suggestion;
 use crate::scene::{FitInput, SceneError, SensorPlace, SensorRule, TelemetryRow, read_telemetry};
-use crate::text::suggestion;
 
 /// Share of the end of a run by which a time may be rounded.
 const ROUNDING: f64 = 1e-9;

@@ -1,6 +1,7 @@
 //! Words of which a key takes one, and messages that list them.
 
-use crate::text::{plain, suggestion};
+use crate::misspelt::suggestion;
+use crate::text::plain;
 
 /// The value of `word` in `choices`, or a message with the choices and the most similar one.
 pub(super) fn choose<T: Copy>(word: &str, choices: &[(&str, T)]) -> Result<T, String> {

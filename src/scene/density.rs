@@ -5,8 +5,8 @@ use wildmatch::WildMatch;
 use super::error::SceneError;
 use super::quantity::Quantity;
 use super::section::Section;
+use crate::misspelt::suggestion;
 use crate::model::{Model, Part};
-use crate::text::suggestion;
 
 /// The edge lengths that a part asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

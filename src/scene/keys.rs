@@ -1,6 +1,6 @@
 //! All keys of a scene file by section, and suggestions for misspelt keys.
 
-use crate::text::{nearest, suggestion};
+use crate::misspelt::{nearest, suggestion};
 
 /// The sections and the single keys of the root.
 pub(crate) const ROOT: &[&str] = &[

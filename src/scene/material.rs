@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use wildmatch::WildMatch;
 
 use crate::files::Reach;
+use crate::misspelt::suggestion;
 use crate::model::{Model, ModelMaterial};
-use crate::text::suggestion;
 use crate::thermal::material::Material;
 
 use super::error::SceneError;

@@ -10,7 +10,7 @@ use super::file::{SourceFile, unreadable};
 use super::quantity::Quantity;
 use super::section::Section;
 use crate::files::{self, Reach};
-use crate::text::suggestion;
+use crate::misspelt::suggestion;
 
 const KEYS: &[&str] = &[
     "name",

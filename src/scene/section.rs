@@ -14,7 +14,8 @@ use super::file::SourceFile;
 use super::keys::unknown_key;
 use super::quantity::Quantity;
 use super::valid_scene;
-use crate::text::{nearest, plain};
+use crate::misspelt::nearest;
+use crate::text::plain;
 
 /// A table of the file. All its keys are known.
 #[derive(Debug, Clone)]

@@ -11,7 +11,8 @@ use super::material_record::MaterialRecord;
 use super::section::Section;
 use super::values::Values;
 use crate::files::{self, Reach};
-use crate::text::{plain, suggestion};
+use crate::misspelt::suggestion;
+use crate::text::plain;
 
 /// The table of this repository.
 const SHIPPED: &str = include_str!("../../models/materials.toml");

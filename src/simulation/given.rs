@@ -8,9 +8,9 @@ use rayon::prelude::*;
 use wildmatch::WildMatch;
 
 use super::prepare_error::PrepareError;
+use crate::misspelt::suggestion;
 use crate::model::nodes::{GROUP, Nodes};
 use crate::scene::{Mapping, Scene, SolvedNode, Temperatures};
-use crate::text::suggestion;
 
 /// A node of the model to which no node of the file belongs.
 const NONE: u32 = u32::MAX;

@@ -9,10 +9,10 @@ use wildmatch::WildMatch;
 use super::prepare_error::PrepareError;
 use crate::environment::joints::{Drive, Guided, Joint, JointDrive, JointKind, Played};
 use crate::environment::step::StepLoads;
+use crate::misspelt::suggestion;
 use crate::model::nodes::Nodes;
 use crate::model::{Model, SceneNode};
 use crate::scene::{JointMotion, JointRule, Scene};
-use crate::text::suggestion;
 
 /// Relative error up to which a transform counts as a similarity.
 const DISTORTION: f64 = 1e-6;

@@ -4,9 +4,9 @@ use wildmatch::WildMatch;
 
 use super::joints;
 use super::prepare_error::PrepareError;
+use crate::misspelt::suggestion;
 use crate::model::Model;
 use crate::scene::{OwnerPatterns, Scene};
-use crate::text::suggestion;
 use crate::thermal::material::Material;
 
 /// The materials of the model, if it has everything that the scene names.

@@ -5,8 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// The rooms of `src`. Each uses only rooms before it.
-const ORDER: [&str; 27] = [
+const ORDER: [&str; 28] = [
     "text",
+    "misspelt",
     "host",
     "stop",
     "trace",

@@ -11,7 +11,7 @@ use super::file::{SourceFile, unreadable};
 use super::quantity::Quantity;
 use super::section::Section;
 use crate::files::{self, Reach};
-use crate::text::suggestion;
+use crate::misspelt::suggestion;
 use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
 use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
 
