@@ -45,7 +45,7 @@ pub(crate) static KNOBS: [Knob; 9] = [
         left: 1.0,
         kind: Scaled(0.5, |scene| scene.exchange.as_mut()?.patch_edge.as_mut()),
     },
-    Knob { key: "exchange.hold", left: 0.0, kind: Scaled(0.0, |scene| Some(&mut scene.exchange.as_mut()?.hold)) },
+    Knob { key: "exchange.hold", left: 0.0, kind: Scaled(0.0, |scene| scene.exchange.as_mut()?.hold.as_mut()) },
     Knob {
         key: "exchange.redraw_angle_deg",
         left: 1.0 / 3.0,
@@ -126,7 +126,7 @@ impl KnobScene {
             shadows.spacing = Some(prepared.light.spacing());
         }
         if let (Some(exchange), Some(craft)) = (&mut scene.exchange, &prepared.exchange) {
-            exchange.patch_edge = craft.settings.patch_edge;
+            (exchange.patch_edge, exchange.hold) = (craft.settings.patch_edge, craft.settings.hold);
         }
         let has_network = prepared.network.is_some();
         let all = knobs_of(Refined::MAX).filter(|(_, knob)| knob.is_in(&scene, has_network));

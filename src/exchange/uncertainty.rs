@@ -1,6 +1,7 @@
 //! How uncertain the flux is that a patch absorbs from others [W/m2], one standard deviation for each cause.
 //!
-//! - Noise of rays: the variance of what a ray brings, over the number of rays ([`Exchange::errors`]), times what even spreading leaves of it ([`evenness`]).
+//! - Noise of rays: the variance of what a ray brings, over the number of rays ([`Exchange::errors`]), times what even spreading leaves of it ([`evenness`]). Light of pairs that
+//!   were left out counts here.
 //! - Size of patches: a patch receives one flux, so its nodes miss the gradient of what arrives. Patches of the same side of the same part around it tell the gradient, and the
 //!   spread of the patch's nodes about its centre makes a flux of it ([`PatchSizes`]). A patch of a single node has no such error.
 //! - Held light: what was held too long ([`Exchange::held_too_long`]), and rows that were held while a joint moved ([`held_rows`]).
@@ -20,19 +21,12 @@ use super::step::Exchange;
 /// Standard deviations of the flux that a patch absorbs from others [W/m2].
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct FluxUncertainty {
-    /// By the noise of rays.
+    /// By the noise of rays, and by pairs that were left out.
     pub rays: f64,
     /// By the size of patches.
     pub size: f64,
     /// By light, infrared and rows that are held.
     pub held: f64,
-}
-
-impl FluxUncertainty {
-    /// All causes together [W/m2].
-    pub(crate) fn all(&self) -> f64 {
-        self.rays.hypot(self.size).hypot(self.held)
-    }
 }
 
 /// Uncertainty of the flux by rows that are held for a share of the way between two poses: the flux by the rows of either, absorbed by each patch [W/m2].
@@ -118,7 +112,7 @@ impl Exchange {
         let even = evenness(self.factors.rays);
         let size = sizes.flux(absorbed);
         let of = |(number, error): (usize, &FluxError)| FluxUncertainty {
-            rays: even * error.noise,
+            rays: (even * error.noise).hypot(error.left_out),
             size: size[number],
             held: held.map_or(0.0, |held| held[number].abs()),
         };

@@ -61,6 +61,6 @@ pub(super) fn read(
             .number("redraw_angle_deg", Quantity::within(0.0, 90.0, "deg"))?
             .map_or(default.redraw_angle, f64::to_radians),
         specular_sunlight,
-        hold: section.number("hold", Quantity::within(0.0, 3600.0, "s"))?.unwrap_or(default.hold),
+        hold: section.number("hold", Quantity::within(0.0, 3600.0, "s"))?,
     }))
 }

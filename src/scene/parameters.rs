@@ -119,6 +119,11 @@ impl ParameterKind {
         matches!(self, Self::Absorptivity | Self::Emissivity | Self::EffectiveEmittance | Self::Albedo)
     }
 
+    /// Whether the value may be negative.
+    fn is_power(self) -> bool {
+        matches!(self, Self::Heater | Self::NodeHeat)
+    }
+
     /// Keys of which one names the owners of the value. Empty where the whole scene has one value.
     fn owners(self) -> &'static [&'static str] {
         match self {
@@ -279,8 +284,14 @@ fn parameter(section: &Section<'_>, path: &Path) -> Result<Parameter, SceneError
         section.numbers::<2>("range", Quantity::any(""))?,
         section.number("percent", Quantity::within(0.001, 1000.0, ""))?,
     ) {
-        (Some([low, high]), None) if low < high => ParameterRange::Values([low, high]),
-        (Some(_), None) => return Err(section.error("range", "must be two rising numbers")),
+        (Some([low, high]), None) if low >= high => return Err(section.error("range", "must be two rising numbers")),
+        (Some([_, high]), None) if kind.is_share() && high > 1.0 => {
+            return Err(section.error("range", format!("ends at {high}, but {} is at most 1", kind.word())));
+        }
+        (Some([low, _]), None) if low < 0.0 && !kind.is_power() => {
+            return Err(section.error("range", format!("begins at {low}, but {} is not negative", kind.word())));
+        }
+        (Some(ends), None) => ParameterRange::Values(ends),
         (None, Some(percent)) => ParameterRange::Percent(percent),
         (Some(_), Some(_)) => return Err(section.error("percent", "cannot be combined with range")),
         (None, None) => {

@@ -99,10 +99,12 @@ impl ExchangeCraft {
         }
         let what = || format!("exchange of {} patches with {} rays each", patches.all.len(), settings.rays);
         check_memory((rays * size_of::<u32>()) as u64, what).map_err(|error| error.to_string())?;
+        let hold = settings.hold_of(&patches.all);
+        let settings = ExchangeSettings { hold: Some(hold), ..settings };
         let mirrors = settings.specular_sunlight.then(|| Mirrors::new(&surface, &patches, settings.rays)).flatten();
         Ok(Self {
             defects: Defects::of(&surface, materials),
-            every: settings.hold / step,
+            every: hold / step,
             step,
             light_angle: LIGHT * settings.redraw_angle,
             mirrors: mirrors.map(Arc::new),

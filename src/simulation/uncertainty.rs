@@ -104,9 +104,11 @@ struct NodeErrors {
     steps: f64,
     /// By light that is held until the next finding, and by poses of joints that are held for a step.
     held: f64,
-    /// By the noise of exchange's rays, the size of patches, and light and rows of exchange that are held.
+    /// By the size of patches, and by lines between what nodes receive of the craft.
     exchange: f64,
-    /// By infrared that arrives late, with its sign.
+    /// By the noise of exchange's rays, and by light and rows of exchange that are held. It is alike over a patch.
+    alike: f64,
+    /// By infrared that arrives late, with its sign: what the node lacks.
     late: f64,
     /// By straight lines to the nodes to which the node conducts.
     lines: f64,
@@ -116,8 +118,8 @@ struct NodeErrors {
 
 impl NodeErrors {
     fn square(&self) -> f64 {
-        let Self { steps, held, exchange, late, lines, rounding } = self;
-        [steps, held, exchange, late, lines, rounding].iter().map(|error| *error * *error).sum()
+        let Self { steps, held, exchange, alike, late, lines, rounding } = self;
+        [steps, held, exchange, alike, late, lines, rounding].iter().map(|error| *error * *error).sum()
     }
 }
 
@@ -232,6 +234,9 @@ impl<'a> Uncertainty<'a> {
         }
         let load = self.prepared.loads.step_load(now, now);
         self.find_light(&load);
+        if let Some(exchange) = self.exchange.as_mut().filter(|exchange| exchange.is_fresh()) {
+            exchange.take(&load, temperatures, |_| 0.0, &self.state.lit);
+        }
         self.state.fluxes = self.absorbed(&load).nodes;
         self.state.jumps.fill(0.0);
         self.state.nodes.iter_mut().for_each(|node| node.late = 0.0);
@@ -290,7 +295,7 @@ impl<'a> Uncertainty<'a> {
                 held.nodes.iter().zip(&absorbed.nodes).map(|(held, found)| (found - held).abs()).collect();
         }
         if let Some(exchange) = &mut self.exchange {
-            exchange.take(load, temperatures, &self.state.lit);
+            exchange.take(load, temperatures, |node| self.state.nodes[node].late, &self.state.lit);
         }
         let carried = |number: usize| {
             let balance = self.balance(number, temperatures);
@@ -301,30 +306,36 @@ impl<'a> Uncertainty<'a> {
         let corners: Vec<(f64, f64)> = (0..self.surface.corners.len()).into_par_iter().map(carried).collect();
         let lines = lines::lines(self.prepared, temperatures);
         let turns = self.turns(load.start, length);
+        let corrected_time = self.exchange.as_ref().map_or(0.0, |exchange| exchange.corrected_time(length));
         let carried = |node: usize| {
             let before = &self.state.nodes[node];
-            let balance = self.balance_of_node(node, temperatures);
+            let balance = self.balance_of_node(node, 0.0, temperatures);
             let (rate, slope) = balance.rate(length);
-            let kept = (-rate).exp();
-            let gained = (1.0 - kept) / slope;
+            let [kept, gained] = balance.passed(length);
             let change = absorbed.nodes[node] - self.state.fluxes[node];
             // Light is right when it is found, and is off by the jump before the next finding.
             let held = if is_found { 0.0 } else { self.state.jumps[node] / 3f64.sqrt() };
             let held = held.hypot(absorbed.nodes[node] * turns.get(self.joint(node)).unwrap_or(&0.0));
-            let [exchanged, late] = self.exchange.as_ref().map_or([0.0; 2], |exchange| exchange.of_node(node));
+            let exchanged = self.exchange.as_ref().map(|exchange| exchange.of_node(node)).unwrap_or_default();
+            // Heat leaves what errs alike over its rim alone. Late light errs alike over neighbours too, so none of it is conducted away.
+            let [alike_kept, alike_gained] = self.balance_of_node(node, exchanged.area, temperatures).passed(length);
+            let alone = self.balance_of_node(node, f64::INFINITY, temperatures);
+            let [late_kept, late_gained] = alone.passed(length);
+            let corrected = exchanged.corrected * alone.passed(corrected_time)[1];
             let temperature = f64::from(temperatures[node]);
             NodeErrors {
                 steps: before.steps * kept + change / slope * within_step(rate),
                 held: before.held * kept + held * gained,
-                exchange: before.exchange * kept + exchanged * gained,
-                late: before.late * kept + late * gained,
+                exchange: before.exchange * kept + exchanged.own * gained,
+                alike: before.alike * alike_kept + exchanged.alike * alike_gained,
+                late: (before.late + corrected) * late_kept + exchanged.late * late_gained,
                 lines: lines.get(node).map_or(0.0, |line| line * balance.conducted_share()),
                 rounding: (before.rounding * kept).hypot(ROUNDING * temperature),
             }
         };
         let nodes = (0..self.constants.len()).into_par_iter().map(carried).collect();
         let radiated =
-            |node: usize| self.surface.areas[node] * self.balance_of_node(node, temperatures).radiated_slope();
+            |node: usize| self.surface.areas[node] * self.balance_of_node(node, 0.0, temperatures).radiated_slope();
         self.state.radiated = (0..self.constants.len()).into_par_iter().map(radiated).collect();
         (self.state.deviations, self.state.spreads) = corners.into_iter().unzip();
         self.state.nodes = nodes;
@@ -376,9 +387,10 @@ impl<'a> Uncertainty<'a> {
         )
     }
 
-    fn balance_of_node(&self, node: usize, temperatures: &[f32]) -> PlaceBalance {
+    /// The balance of a node among neighbours that err alike over an area [m2], and over its own at least.
+    fn balance_of_node(&self, node: usize, alike: f64, temperatures: &[f32]) -> PlaceBalance {
         let temperature = f64::from(temperatures[node]).max(COLDEST);
-        PlaceBalance::new(&self.constants[node], self.surface.areas[node], temperature, temperature.powi(4))
+        PlaceBalance::new(&self.constants[node], self.surface.areas[node].max(alike), temperature, temperature.powi(4))
     }
 
     /// Error of each corner of each triangle [K], `between` nodes or of what the nodes show alone.

@@ -240,6 +240,8 @@ fn wrong_parameters_are_refused_before_anything_is_written() {
         (parameter(&format!("vary = \"albedo\"\nmaterial = \"skin\"\n{range}")), "parameter.material: has no meaning"),
         (parameter(&format!("vary = \"albedo\"\ncolour = 1\n{range}")), "parameter.colour: unknown key"),
         (parameter("vary = \"albedo\"\nrange = [0.4, 0.2]"), "parameter.range: must be two rising"),
+        (parameter("vary = \"albedo\"\nrange = [0.2, 1.2]"), "parameter.range: ends at 1.2, but albedo is at most 1"),
+        (parameter("vary = \"planet_ir\"\nrange = [-1, 237]"), "begins at -1, but planet_ir is not negative"),
         (
             parameter(&format!("vary = \"absorptivity\"\nmaterial = \"gold*\"\n{range}")),
             "parameter.material: no material 'gold*' is in the model; known here: skin, ",

@@ -29,7 +29,7 @@ pub fn measure(
         scene.exchange = exchange;
         Prepared::from_scene(scene, &mut |_| {})
     };
-    let mut runs = [with(Some(settings))?, with(None)?, with(Some(ExchangeSettings { hold: 0.0, ..settings }))?];
+    let mut runs = [with(Some(settings))?, with(None)?, with(Some(ExchangeSettings { hold: Some(0.0), ..settings }))?];
     // The last run finds everything in every step.
     runs[2].exchange.iter_mut().for_each(|craft| Arc::make_mut(craft).light_angle = 0.0);
     let mut engines = Vec::new();
@@ -104,7 +104,7 @@ pub fn measure(
          (rms), at most {most:.3} K, in the second half of the steps.\n",
         (passes(&own) - loads) / bare_ms,
         (passes(&anew) - loads) / bare_ms,
-        settings.hold,
+        runs[0].exchange.as_ref().and_then(|craft| craft.settings.hold).unwrap_or_default(),
         runs[0].exchange.as_ref().map_or(0.0, |craft| craft.light_angle.to_degrees()),
         (squares / compared.max(1.0)).sqrt()
     );

@@ -208,7 +208,7 @@ impl ExchangeCheck {
                 size.told(),
                 left_out.told(),
                 held.told(),
-                self.craft.settings.hold
+                self.craft.settings.hold_of(&self.craft.patches.all)
             )
         })
     }

@@ -72,7 +72,7 @@ fn craft(settings: ExchangeSettings) -> Arc<ExchangeCraft> {
         shared: SharedRows::default(),
         in_use: ExchangesInUse::default(),
         defects: Defects::of(&surface, &materials),
-        every: settings.hold / STEP,
+        every: settings.hold_of(&patches.all) / STEP,
         step: STEP,
         light_angle: LIGHT * settings.redraw_angle,
         mirrors: None,
@@ -218,7 +218,7 @@ fn the_stated_uncertainty_is_near_the_error() {
             let patch = craft.patches.of_node[node][0] as usize;
             let exact = STEFAN_BOLTZMANN * HOT.powi(4) * view_factor(place.z, 0.5 * PI);
             truly += (absorbed[patch] - exact).powi(2);
-            told += stated[patch].all().powi(2);
+            told += stated[patch].rays.hypot(stated[patch].size).powi(2);
             count += 1.0;
         }
         let [truly, told] = [truly, told].map(|sum: f64| (sum / count).sqrt());

@@ -58,6 +58,13 @@ impl PlaceBalance {
         (self.memory.rate(length, slope), slope)
     }
 
+    /// What of an error is kept after a step of a length [s], and gained for each W/m2 [K m2/W].
+    pub(super) fn passed(&self, length: f64) -> [f64; 2] {
+        let (rate, slope) = self.rate(length);
+        let kept = (-rate).exp();
+        [kept, (1.0 - kept) / slope]
+    }
+
     /// Deviation [K] after a step of a length [s] under a flux [W/m2], and what of an amplitude is kept, and gained for each W/m2.
     pub(super) fn deviation(&self, before: f64, flux: f64, length: f64) -> (f64, [f64; 2]) {
         let flux = flux + self.emitted_more;

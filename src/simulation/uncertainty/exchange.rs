@@ -11,12 +11,14 @@ use crate::exchange::patches::NONE;
 use crate::exchange::sky::{Due, LastFound, Renewal};
 use crate::exchange::step::{CraftLight, Exchange};
 use crate::exchange::turn::turned;
-use crate::exchange::uncertainty::{PatchSizes, held_rows};
+use crate::exchange::uncertainty::{FluxUncertainty, PatchSizes, held_rows};
 use crate::simulation::exchange::ExchangeCraft;
 use crate::thermal::misfit::{Misfit, check_length};
 
 /// Findings of infrared between two estimates.
 const EVERY: u64 = 10;
+/// Change of the flux that all patches absorb, over this flux, that makes an earlier estimate too old.
+const CHANGED: f64 = 0.05;
 
 /// Poses in a row whose rays are kept.
 const POSES: usize = 3;
@@ -43,16 +45,35 @@ pub(super) struct ExchangeErrorState {
     poses: Vec<Vec<DAffine3>>,
     light: CraftLight,
     lead: Lead,
-    /// Flux that each patch absorbs since infrared was found, what it would absorb of emission at that time, and the uncertainty; and the excess by late arrival, with its
-    /// sign [W/m2].
+    /// Flux that each patch absorbs since infrared was found, and what it would absorb of the true emission at that time [W/m2].
     absorbed: Vec<f64>,
     at_start: Vec<f64>,
-    uncertain: Vec<f64>,
+    /// Uncertainty of this flux that is alike over the patch, and that differs within it [W/m2].
+    uncertain: Vec<[f64; 2]>,
+    /// Flux that a patch lacks because infrared arrives late, with its sign [W/m2]: as the last time for which infrared was held told it, and by how much this differs from the
+    /// value before.
     late: Vec<f64>,
+    corrected: Vec<f64>,
     /// Half of the difference between what each node absorbs and what the nodes beside it absorb [W/m2].
     lines: Vec<f64>,
-    /// Findings of infrared.
+    /// Findings of infrared, and the sum of what patches absorbed in the last estimate [W/m2].
     found: u64,
+    estimated_for: f64,
+}
+
+/// Errors of the flux that a node absorbs from the rest of the craft.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct NodeFluxError {
+    /// Uncertainty that differs from node to node [W/m2].
+    pub(super) own: f64,
+    /// Uncertainty that is alike over the nodes of a patch [W/m2].
+    pub(super) alike: f64,
+    /// Area of the largest patch of the node [m2].
+    pub(super) area: f64,
+    /// Lack by late arrival, with its sign [W/m2].
+    pub(super) late: f64,
+    /// What was missing in this lack [W/m2], for the time [`ExchangeErrors::corrected_time`] before the present step.
+    pub(super) corrected: f64,
 }
 
 impl ExchangeErrors {
@@ -66,12 +87,35 @@ impl ExchangeErrors {
         }
     }
 
-    /// Takes a step that ends at temperatures [K], with the lit area of each node.
-    pub(super) fn take(&mut self, load: &StepLoad, temperatures: &[f32], lit: &Lit) {
+    /// Whether no infrared was found yet.
+    pub(super) fn is_fresh(&self) -> bool {
+        self.state.absorbed.is_empty()
+    }
+
+    /// Takes a step that ends at temperatures [K], with the lit area of each node. `late` is how much colder than the truth a node is by infrared that arrives late [K].
+    pub(super) fn take(
+        &mut self,
+        load: &StepLoad,
+        temperatures: &[f32],
+        late: impl Fn(usize) -> f64 + Sync,
+        lit: &Lit,
+    ) {
+        self.state.corrected.clear();
         let turned = self.turn(&load.joints);
         let due = self.renewal.due(load, 1.0, self.state.absorbed.is_empty());
         let Some(exchange) = self.casts.last().filter(|_| due != Due::Nothing) else { return };
         let temperature = |node: usize| f64::from(temperatures[node]);
+        let true_temperature = |node: usize| temperature(node) + late(node);
+        let emitted = |light: &CraftLight| exchange.absorbed(&exchange.sent(load, light, true_temperature), light);
+        // Rows of another pose tell nothing of the last time: what they told before goes on.
+        if !turned && !self.state.absorbed.is_empty() {
+            let now = emitted(&self.state.light);
+            // The mean of emission at both ends of the time, less the infrared that was held.
+            let lack = |((now, before), held): ((&f64, &f64), &f64)| 0.5 * (now + before) - held;
+            let last = now.iter().zip(&self.state.at_start).zip(&self.state.absorbed).map(lack).collect();
+            let told = std::mem::replace(&mut self.state.late, last);
+            self.state.corrected = self.state.late.iter().zip(told).map(|(now, told)| now - told).collect();
+        }
         let mut held = None;
         if due == Due::All {
             let mirrored = self.craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(load));
@@ -84,22 +128,21 @@ impl ExchangeErrors {
             }
         }
         let light = &self.state.light;
-        let at_start = exchange.absorbed(&exchange.sent(load, light, temperature), light);
-        // The infrared that was held, less the mean of emission at both ends of the time.
-        let late = |((now, before), held): ((&f64, &f64), &f64)| 0.5 * (now + before) - held;
-        self.state.late = match !turned && due == Due::Infrared {
-            true => at_start.iter().zip(&self.state.at_start).zip(&self.state.absorbed).map(late).collect(),
-            false => vec![0.0; at_start.len()],
-        };
+        let at_start = emitted(light);
+        self.state.late.resize(at_start.len(), 0.0);
         let sent = self.state.lead.sent(exchange, load, light, temperature, self.renewal.held);
         let absorbed = exchange.absorbed(&sent, light);
-        if due == Due::All || turned || self.state.found.is_multiple_of(EVERY) {
+        let sum: f64 = absorbed.iter().map(|flux| flux.abs()).sum();
+        let changed = (sum - self.state.estimated_for).abs() > CHANGED * self.state.estimated_for;
+        if due == Due::All || turned || changed || self.state.found.is_multiple_of(EVERY) {
+            self.state.estimated_for = sum;
             let errors = exchange.errors(&sent, light, self.craft.settings.bounces);
             let uncertain = exchange.uncertainty(&errors, &absorbed, &self.sizes, held.as_deref());
             let rows = self.between_rows(&sent);
             let rows = |patch: usize| rows.as_ref().map_or(0.0, |rows| rows[patch]);
-            self.state.uncertain =
-                uncertain.iter().enumerate().map(|(patch, flux)| flux.all().hypot(rows(patch))).collect();
+            let both =
+                |(patch, flux): (usize, &FluxUncertainty)| [flux.rays.hypot(flux.held).hypot(rows(patch)), flux.size];
+            self.state.uncertain = uncertain.iter().enumerate().map(both).collect();
             self.state.lines = self.lines(&absorbed);
         }
         (self.state.absorbed, self.state.at_start) = (absorbed, at_start);
@@ -165,14 +208,27 @@ impl ExchangeErrors {
         lines
     }
 
-    /// Uncertainty of the flux on a node, and its excess by late arrival, with its sign [W/m2].
-    pub(super) fn of_node(&self, node: usize) -> [f64; 2] {
+    /// Errors of the flux on a node.
+    pub(super) fn of_node(&self, node: usize) -> NodeFluxError {
         let faces = self.craft.patches.of_node[node].iter().filter(|patch| **patch != NONE);
         let lines = self.state.lines.get(node).copied().unwrap_or(0.0);
-        faces.fold([lines, 0.0], |[uncertain, late], patch| {
+        let alone = NodeFluxError { own: lines, ..NodeFluxError::default() };
+        faces.fold(alone, |both, patch| {
             let of_patch = |values: &[f64]| values.get(*patch as usize).copied().unwrap_or(0.0);
-            [uncertain.hypot(of_patch(&self.state.uncertain)), late + of_patch(&self.state.late)]
+            let [alike, own] = self.state.uncertain.get(*patch as usize).copied().unwrap_or_default();
+            NodeFluxError {
+                own: both.own.hypot(own),
+                alike: both.alike.hypot(alike),
+                area: both.area.max(self.craft.patches.all[*patch as usize].area),
+                late: both.late + of_patch(&self.state.late),
+                corrected: both.corrected + of_patch(&self.state.corrected),
+            }
         })
+    }
+
+    /// Time before a step of a length [s] for which the last infrared was held [s].
+    pub(super) fn corrected_time(&self, length: f64) -> f64 {
+        (self.renewal.held - length).max(0.0)
     }
 
     pub(super) fn save(&self) -> ExchangeErrorState {
@@ -187,7 +243,8 @@ impl ExchangeErrors {
         let patches = self.craft.patches.all.len();
         saved.light.check_patches(patches)?;
         saved.lead.check_patches(patches)?;
-        let state = [&saved.absorbed, &saved.at_start, &saved.uncertain, &saved.late];
+        check_length("uncertain light", &saved.uncertain, if saved.uncertain.is_empty() { 0 } else { patches })?;
+        let state = [&saved.absorbed, &saved.at_start, &saved.late, &saved.corrected];
         for values in state.into_iter().filter(|values| !values.is_empty()) {
             check_length("light that patches absorb", values, patches)?;
         }

@@ -1,6 +1,6 @@
 """The cases, in the order in which they run."""
 
-from . import abutting, comb, eclipse, floor_wall, hinge, hole, slab, station_cut, tube
+from . import abutting, comb, eclipse, floor_wall, hinge, hole, slab, station_cut, tube, wedge
 
 ALL = [
     *abutting.CASES,
@@ -10,6 +10,7 @@ ALL = [
     *tube.CASES,
     *hole.CASES,
     *floor_wall.CASES,
+    *wedge.CASES,
     *hinge.CASES,
     *station_cut.CASES,
 ]
