@@ -21,18 +21,23 @@ void main() {
     uint row = gl_WorkGroupID.x;
     for (uint column = gl_LocalInvocationID.x; column < sampling.width; column += 64u) {
         uint pixel = row * sampling.width + column;
-        vec4 own = drawn_radiance[pixel];
         uvec2 identity = drawn_identity[pixel];
+        vec4 own = drawn_radiance[pixel];
         float covered = identity.x > 0u ? share : 0.0;
 #ifdef FIRST
         image_radiance[pixel] = vec4(share * own.x, own.yz, covered);
         image_identity[pixel] = identity;
 #else
+        // Most pixels show dark space: nothing is added there.
+        if (covered == 0.0 && own.x == 0.0) {
+            continue;
+        }
         vec4 image = image_radiance[pixel];
-        uvec2 shown = image_identity[pixel];
-        bool has = shown.x > 0u;
+        bool has = image.w > 0.0;
         image_radiance[pixel] = vec4(image.x + share * own.x, has ? image.yz : own.yz, image.w + covered);
-        image_identity[pixel] = has ? shown : identity;
+        if (!has) {
+            image_identity[pixel] = identity;
+        }
 #endif
     }
 }

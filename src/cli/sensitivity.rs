@@ -28,7 +28,8 @@ use crate::sensitivity::search::{Search, check, draw_kept, settle};
 /// with a channel for each parameter. The table of effects is printed too.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  isotherm sensitivity models/cubesat_conduction.toml --parameters parameters.toml -o out"
+    after_help = "Examples:\n  isotherm sensitivity models/cubesat_conduction.toml --parameters parameters.toml -o out\n  \
+        isotherm sensitivity models/station.toml --parameters models/station_parameters.toml -o out"
 )]
 pub(crate) struct Arguments {
     /// Scene file (TOML; docs/scene.md says what it holds)
