@@ -88,7 +88,7 @@ fn faces_inside_another_part_share_no_patch_with_faces_in_the_open() {
         bounces: None,
         redraw_angle: 0.0,
         specular_sunlight: false,
-        hold: 0.0,
+        hold: Some(0.0),
     };
     let inside = |buried: &[[bool; 2]]| {
         let patches = Patches::new(&shapes.surface, &shapes.materials, 5.0, buried);

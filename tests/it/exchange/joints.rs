@@ -25,7 +25,7 @@ fn at(shapes: &Shapes, turned_deg: f64) -> Exchange {
         bounces: None,
         redraw_angle: 0.0,
         specular_sunlight: false,
-        hold: 0.0,
+        hold: Some(0.0),
     };
     let patches = Patches::new(&shapes.surface, &shapes.materials, 5.0, &[]);
     // A turn about -y opens the angle.

@@ -18,7 +18,7 @@ pub fn exchange(shapes: &Shapes, patch_edge: f64, rays: u32) -> Exchange {
         bounces: None,
         redraw_angle: 0.0,
         specular_sunlight: false,
-        hold: 0.0,
+        hold: Some(0.0),
     };
     let patches = Patches::new(&shapes.surface, &shapes.materials, patch_edge, &[]);
     Exchange::cast(&shapes.surface, &patches, &Scenery::new(&shapes.surface, &[]), &settings)
