@@ -10,33 +10,43 @@ layout(local_size_x = 64) in;
 // Share of a sample in a pixel.
 layout(push_constant) uniform ShareBlock { float share; };
 layout(set = 0, binding = 0) uniform SamplingBlock { Sampling sampling; };
-// Radiance, temperature, depth and 1, and part and material.
-layout(set = 0, binding = 1) readonly buffer DrawnRadianceBlock { vec4 drawn_radiance[]; };
-layout(set = 0, binding = 2) readonly buffer DrawnIdentityBlock { uvec2 drawn_identity[]; };
+// Radiance, temperature, depth and 1, and part and material. Buffers are words: a processor reads each word by itself, and most are not needed.
+layout(set = 0, binding = 1) readonly buffer DrawnRadianceBlock { float drawn_radiance[]; };
+layout(set = 0, binding = 2) readonly buffer DrawnIdentityBlock { uint drawn_identity[]; };
 // Radiance, temperature, depth and coverage, and part and material.
-layout(set = 0, binding = 3) buffer ImageRadianceBlock { vec4 image_radiance[]; };
-layout(set = 0, binding = 4) buffer ImageIdentityBlock { uvec2 image_identity[]; };
+layout(set = 0, binding = 3) buffer ImageRadianceBlock { float image_radiance[]; };
+layout(set = 0, binding = 4) buffer ImageIdentityBlock { uint image_identity[]; };
+
+// Shows the sample in its pixel.
+void show(uint pixel, uint part) {
+    image_radiance[4u * pixel + 1u] = drawn_radiance[4u * pixel + 1u];
+    image_radiance[4u * pixel + 2u] = drawn_radiance[4u * pixel + 2u];
+    image_identity[2u * pixel] = part;
+    image_identity[2u * pixel + 1u] = drawn_identity[2u * pixel + 1u];
+}
 
 void main() {
     uint row = gl_WorkGroupID.x;
     for (uint column = gl_LocalInvocationID.x; column < sampling.width; column += 64u) {
         uint pixel = row * sampling.width + column;
-        uvec2 identity = drawn_identity[pixel];
-        vec4 own = drawn_radiance[pixel];
-        float covered = identity.x > 0u ? share : 0.0;
+        uint part = drawn_identity[2u * pixel];
+        float radiance = share * drawn_radiance[4u * pixel];
+        float covered = part > 0u ? share : 0.0;
 #ifdef FIRST
-        image_radiance[pixel] = vec4(share * own.x, own.yz, covered);
-        image_identity[pixel] = identity;
+        image_radiance[4u * pixel] = radiance;
+        image_radiance[4u * pixel + 3u] = covered;
+        show(pixel, part);
 #else
         // Most pixels show dark space: nothing is added there.
-        if (covered == 0.0 && own.x == 0.0) {
-            continue;
-        }
-        vec4 image = image_radiance[pixel];
-        bool has = image.w > 0.0;
-        image_radiance[pixel] = vec4(image.x + share * own.x, has ? image.yz : own.yz, image.w + covered);
-        if (!has) {
-            image_identity[pixel] = identity;
+        if (covered > 0.0 || radiance != 0.0) {
+            image_radiance[4u * pixel] += radiance;
+            float before = image_radiance[4u * pixel + 3u];
+            if (before == 0.0) {
+                show(pixel, part);
+            }
+            if (covered > 0.0) {
+                image_radiance[4u * pixel + 3u] = before + covered;
+            }
         }
 #endif
     }
