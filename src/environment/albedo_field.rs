@@ -5,9 +5,8 @@
 use std::f64::consts::FRAC_PI_2;
 use std::sync::{Arc, OnceLock};
 
-use rayon::prelude::*;
-
-use super::albedo::{AlbedoTable, RESOLUTION, albedo_factor, grid_direction};
+use super::albedo::{AlbedoTable, RESOLUTION, grid_direction};
+use super::albedo_series::AlbedoSeries;
 use super::sky::horizon_angle;
 
 /// Albedo tables over the Sun's zenith angle below the craft, for one distance.
@@ -139,7 +138,7 @@ impl Default for AlbedoFields {
 impl AlbedoFields {
     /// The table for a distance ratio and a zenith angle of the Sun [rad]. `None` where everything that the craft sees is dark.
     ///
-    /// Outside the altitudes of the fields it computes the exact table, which is slow.
+    /// Outside the altitudes of the fields it computes a table for this distance and angle alone, which is slow.
     pub(crate) fn table(&self, distance_ratio: f64, sun_zenith: f64) -> Option<AlbedoTable> {
         let horizon = horizon_angle(distance_ratio);
         let shares = shares(horizon, spread(distance_ratio, horizon), sun_zenith)?;
@@ -168,16 +167,17 @@ fn spread(distance_ratio: f64, horizon: f64) -> f64 {
     (distance_ratio - 1.0).min(horizon)
 }
 
-/// The exact table for one zenith angle of the Sun: some 8,000 integrals, on all cores.
+/// The table for one zenith angle of the Sun.
 fn tabulate(distance_ratio: f64, sun_zenith: f64) -> AlbedoTable {
+    let series = AlbedoSeries::new(distance_ratio, sun_zenith);
     let side = RESOLUTION + 1;
     let value = |index: usize| {
         grid_direction(index % side, index / side).map_or(0.0, |direction| {
             let length = direction.length();
-            length * albedo_factor(direction / length, distance_ratio, sun_zenith)
+            length * series.factor(direction / length)
         })
     };
-    AlbedoTable { values: (0..side * side).into_par_iter().map(value).collect() }
+    AlbedoTable { values: (0..side * side).map(value).collect() }
 }
 
 /// Weighted sum of tables. A cubic can fall below 0 by its own error. Such values become 0, because a negative flux has no balance temperature.
@@ -192,8 +192,9 @@ mod tests {
     use std::f64::consts::PI;
 
     use glam::DVec3;
+    use rayon::prelude::*;
 
-    use super::super::albedo::albedo_table_lookup;
+    use super::super::albedo::{albedo_factor, albedo_table_lookup};
     use super::*;
 
     /// Unit normals on a spiral, evenly spread.

@@ -7,6 +7,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 pub(crate) mod albedo;
 pub(crate) mod albedo_field;
+mod albedo_series;
 pub(crate) mod attitude;
 pub(crate) mod coast;
 pub(crate) mod divided_differences;

@@ -84,6 +84,6 @@ fn the_patched_tree_builds() {
     assert!(over.expect("cp runs").success());
     let mut check = Command::new(env!("CARGO"));
     check.args(["check", "-p", "isotherm", "--lib", "--offline"]).current_dir(folder.path());
-    let built = check.env("CARGO_TARGET_DIR", root.join("target/effect")).output().expect("cargo runs");
+    let built = check.env("CARGO_TARGET_DIR", root.join("target")).output().expect("cargo runs");
     assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
 }

@@ -83,6 +83,6 @@ fn every_kind_of_scene_survives_many_kills_on_every_engine() {
         (1, &sub_steps, Some("cpu")),
         (1, &sub_steps, None),
     ] {
-        kill(scene, device, 300, 6, first);
+        kill(scene, device, 200, 4, first);
     }
 }

@@ -255,6 +255,7 @@ fn the_threads_of_the_driver_change_no_bit() {
         ("[exchange]\npatch_edge = 8.0\nrays = 512\n", ""),
         ("[shadows]\n", ""),
         ("steps = 360\n", "steps = 2\n"),
+        ("warm_up = \"periodic\"\nwarm_up_tolerance = 0.05\nwarm_up_orbits = 40\n", ""),
         ("draw_every = 10\n", "draw_every = 1\n"),
         ("width = 1024\nheight = 768\n", "width = 256\nheight = 192\n"),
     ] {

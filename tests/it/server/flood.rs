@@ -232,14 +232,14 @@ fn surrender_endures_malformed_messages() {
 #[test]
 #[ignore = "tens of thousands of messages: tools/test --all"]
 fn vizard_endures_a_flood() {
-    the_program_endures("vizard", &vizard_flood(), 40_000, vizard_is_alive);
+    the_program_endures("vizard", &vizard_flood(), 20_000, vizard_is_alive);
 }
 
 #[cfg(target_os = "linux")]
 #[test]
 #[ignore = "tens of thousands of messages: tools/test --all"]
 fn surrender_endures_a_flood() {
-    the_program_endures("surrender", &(surrender_messages(), None), 40_000, surrender_is_alive);
+    the_program_endures("surrender", &(surrender_messages(), None), 20_000, surrender_is_alive);
 }
 
 /// One client's malformed bytes leave the session of another as it is.

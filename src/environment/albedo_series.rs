@@ -1,0 +1,130 @@
+//! The albedo factor of plates in every direction, for one Sun zenith angle and one distance, as a series that few integrals give.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::albedo::albedo_factor;
+
+/// Terms in the tilt, and in the cosine of the azimuth. With them the largest error of a table is the error of its bilinear reads.
+const TILTS: usize = 18;
+const AZIMUTHS: usize = 14;
+
+/// `albedo_factor` over the directions of a normal.
+///
+/// A plate whose plane does not cut the disc of the planet has a factor that is linear in its normal, or 0. In between stands a series of Chebyshev
+/// polynomials in the tilt, as a share of the disc's angular radius from 90 deg, and in the cosine of the azimuth from the Sun's side. The factor is smooth there: the
+/// edge of the disc gives it a term in the 5/2 power of the tilt at both ends, where Chebyshev nodes are dense.
+pub(super) struct AlbedoSeries {
+    /// Angular radius of the planet [rad].
+    radius: f64,
+    /// Factor of a plate that sees the whole disc, per component of its normal towards the Sun's side and to nadir.
+    whole: [f64; 2],
+    /// `TILTS` rows of `AZIMUTHS` coefficients.
+    coefficients: Vec<f64>,
+}
+
+impl AlbedoSeries {
+    /// Computes the series from some 250 integrals, on all cores. The parameters are as for [`albedo_factor`].
+    pub(super) fn new(distance_ratio: f64, sun_zenith: f64) -> Self {
+        let exact = |tilt: f64, cosine: f64| {
+            let across = tilt.sin();
+            let normal = DVec3::new(across * cosine, across * (1.0 - cosine * cosine).sqrt(), tilt.cos());
+            albedo_factor(normal, distance_ratio, sun_zenith)
+        };
+        let radius = distance_ratio.recip().asin();
+        let nadir = exact(0.0, 1.0);
+        let (sine, cosine) = (FRAC_PI_2 - radius).sin_cos();
+        let sunward = if sine > 0.0 { (exact(FRAC_PI_2 - radius, 1.0) - nadir * cosine) / sine } else { 0.0 };
+
+        let values: Vec<f64> = (0..TILTS * AZIMUTHS)
+            .into_par_iter()
+            .map(|index| {
+                let tilt = FRAC_PI_2 + radius * chebyshev_node(TILTS, index / AZIMUTHS);
+                exact(tilt, chebyshev_node(AZIMUTHS, index % AZIMUTHS))
+            })
+            .collect();
+        let mut coefficients = vec![0.0; TILTS * AZIMUTHS];
+        for (index, value) in values.iter().enumerate() {
+            let tilts = node_shares::<TILTS>(index / AZIMUTHS);
+            let azimuths = node_shares::<AZIMUTHS>(index % AZIMUTHS);
+            for (row, tilt) in coefficients.chunks_exact_mut(AZIMUTHS).zip(tilts) {
+                for (coefficient, azimuth) in row.iter_mut().zip(azimuths) {
+                    *coefficient += value * tilt * azimuth;
+                }
+            }
+        }
+        Self { radius, whole: [sunward, nadir], coefficients }
+    }
+
+    /// The factor of a unit normal in the planet frame.
+    pub(super) fn factor(&self, normal: DVec3) -> f64 {
+        let across = normal.x.hypot(normal.y);
+        let place = (across.atan2(normal.z) - FRAC_PI_2) / self.radius;
+        if place >= 1.0 {
+            return 0.0;
+        }
+        if place <= -1.0 {
+            return self.whole[0] * normal.x + self.whole[1] * normal.z;
+        }
+        let tilts = chebyshev_polynomials::<TILTS>(place);
+        let azimuths = chebyshev_polynomials::<AZIMUTHS>(if across > 0.0 { normal.x / across } else { 1.0 });
+        let rows = self.coefficients.chunks_exact(AZIMUTHS).zip(tilts);
+        let sum = rows.map(|(row, tilt)| tilt * row.iter().zip(azimuths).map(|(c, azimuth)| c * azimuth).sum::<f64>());
+        sum.sum::<f64>().max(0.0)
+    }
+}
+
+/// A zero of the Chebyshev polynomial of degree `count`.
+fn chebyshev_node(count: usize, index: usize) -> f64 {
+    (PI * (index as f64 + 0.5) / count as f64).cos()
+}
+
+/// The Chebyshev polynomials of degrees 0 to N - 1 at `x`.
+fn chebyshev_polynomials<const N: usize>(x: f64) -> [f64; N] {
+    let mut values = [1.0; N];
+    values[1] = x;
+    for degree in 2..N {
+        values[degree] = 2.0 * x * values[degree - 1] - values[degree - 2];
+    }
+    values
+}
+
+/// What the value at one of N nodes adds to each coefficient of a series.
+fn node_shares<const N: usize>(index: usize) -> [f64; N] {
+    let mut shares = chebyshev_polynomials::<N>(chebyshev_node(N, index)).map(|value| 2.0 / N as f64 * value);
+    shares[0] *= 0.5;
+    shares
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Largest error over a fine grid of directions, for the Sun at many zenith angles.
+    fn worst(distance_ratio: f64, shift: f64) -> f64 {
+        let angle = |index: u32, count: u32| PI * (f64::from(index) + 0.37) / f64::from(count);
+        let of_sun = |number: u32| {
+            let sun_zenith = angle(number, 24);
+            let series = AlbedoSeries::new(distance_ratio, sun_zenith + shift);
+            let error = |index: u32| {
+                let (tilt, azimuth) = (angle(index / 41, 97), angle(index % 41, 41));
+                let normal = DVec3::new(tilt.sin() * azimuth.cos(), tilt.sin() * azimuth.sin(), tilt.cos());
+                (series.factor(normal) - albedo_factor(normal, distance_ratio, sun_zenith)).abs()
+            };
+            (0..97 * 41).map(error).fold(0.0, f64::max)
+        };
+        (0..24).into_par_iter().map(of_sun).reduce(|| 0.0, f64::max)
+    }
+
+    #[test]
+    fn the_series_is_the_integral_at_any_distance() {
+        for ratio in [1.0 + 1e-5, 1.001, 1.0 + 100.0 / 6371.0, 1.0 + 408.0 / 6371.0, 1.2, 2.0, 6.617, 1e3, 1e6] {
+            let found = worst(ratio, 0.0);
+            println!("distance {ratio}: largest error of the series {found:.1e}");
+            assert!(found < 1e-5, "{ratio}: {found:e}");
+        }
+        assert!(worst(1.2, 0.001) > 1e-4, "another Sun is seen");
+    }
+}
