@@ -182,9 +182,13 @@ fn tabulate(distance_ratio: f64, sun_zenith: f64) -> AlbedoTable {
 
 /// Weighted sum of tables. A cubic can fall below 0 by its own error. Such values become 0, because a negative flux has no balance temperature.
 fn blend(tables: &[&AlbedoTable], weights: &[f64]) -> AlbedoTable {
-    let sum =
-        |index: usize| tables.iter().zip(weights).map(|(table, weight)| table.values[index] * weight).sum::<f64>();
-    AlbedoTable { values: (0..tables[0].values.len()).map(|index| sum(index).max(0.0)).collect() }
+    let mut values = vec![0.0; tables[0].values.len()];
+    // Table after table: the compiler makes vectors of this loop.
+    for (table, weight) in tables.iter().zip(weights) {
+        values.iter_mut().zip(&table.values).for_each(|(sum, value)| *sum += value * weight);
+    }
+    values.iter_mut().for_each(|sum| *sum = sum.max(0.0));
+    AlbedoTable { values }
 }
 
 #[cfg(test)]
