@@ -146,6 +146,7 @@ impl ReferenceEngine {
         self.exchange(step.load, step.steps);
         self.reference.step(step.load, step.steps);
         let absorbed = absorbed.then(|| {
+            let _absorbs = span("finding absorbed heat in f64");
             let flux = self.flux(step.load);
             absorbed_heat(&self.heat, |slot| flux[slot])
         });
