@@ -37,6 +37,7 @@ use super::scene_frames::SceneFrames;
 use super::store::Resources;
 use super::timing::PassTimes;
 use crate::environment::StepLoad;
+use crate::trace::timed;
 
 /// A scene on the device.
 pub struct Renderer {
@@ -123,8 +124,8 @@ impl Renderer {
             self.renew_network(steps, request.heating)?;
         }
         let mut views = request.views.to_vec();
-        let recipe = self.scene.recipe(&request, &mut views, lit);
-        self.send(&compose(&recipe), Request { views: &views, ..request })
+        let list = timed("composing a frame", || compose(&self.scene.recipe(&request, &mut views, lit)));
+        self.send(&list, Request { views: &views, ..request })
     }
 
     /// Keeps the temperatures before a step that the host takes for its network. Collect the frames in flight before.

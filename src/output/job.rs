@@ -33,7 +33,7 @@ use crate::simulation::warm_up::WarmUp;
 use crate::simulation::{Consumer, run_from};
 use crate::stop::whole;
 use crate::thermal::misfit::part;
-use crate::trace::{Trace, Track, span};
+use crate::trace::{Trace, Track, span, timed};
 
 pub(crate) use super::job_terms::{Done, Job, JobError, RunOutcome, SaveEvery};
 pub(crate) use super::recorder::check_finite;
@@ -170,7 +170,7 @@ fn begin<'a>(
         }
         _ => {
             let state = RunState { identity: job.identity.clone(), progress: RunProgress::Begun };
-            state_file::write(folder.guarded()?, STATE, &state)?;
+            timed("saving the state", || state_file::write(folder.guarded()?, STATE, &state))?;
             None
         }
     };

@@ -6,6 +6,7 @@ use crate::gpu::effects::thermal::load::DeviceLoad;
 use crate::gpu::error::GpuError;
 use crate::gpu::layout::FUSED_STEPS;
 use crate::gpu::request::{Request, Submitted};
+use crate::trace::timed;
 
 impl Renderer {
     /// Takes steps without outputs, each with a load and a duration in steps. A dispatch takes up to 32 steps with the
@@ -55,10 +56,10 @@ impl Renderer {
         let (first, last) = (steps[0].0, steps[steps.len() - 1]);
         self.renew_light(first)?;
         let frame = self.scene.fused(first);
-        let loads: Vec<(DeviceLoad, f64)> =
-            steps.iter().map(|(load, length)| (DeviceLoad::new(load, self.scene.joints), *length)).collect();
+        let pack = |(load, length): &(&StepLoad, f64)| (DeviceLoad::new(load, self.scene.joints), *length);
+        let loads: Vec<_> = timed("writing for the device", || steps.iter().map(pack).collect());
         let slot = self.slots.free()?;
-        DeviceLoad::write_fused(&loads, &mut self.resources, slot)?;
+        timed("writing for the device", || DeviceLoad::write_fused(&loads, &mut self.resources, slot))?;
         self.fused_steps += steps.len() as u64;
         self.scene.commanded = loads.into_iter().next_back().map(|(load, _)| load);
         self.send(&frame, Request::step(last.0, last.1))

@@ -20,7 +20,7 @@ impl Renderer {
     pub(super) fn send(&mut self, list: &Frame, request: Request<'_>) -> Result<Submitted, GpuError> {
         timed("making passes", || self.bindings.add(&self.resources, list.passes()))?;
         let slot = self.slots.free()?;
-        self.write(slot, &request)?;
+        timed("writing for the device", || self.write(slot, &request))?;
         let (context, bindings) = (self.resources.context.as_ref(), Some(&self.bindings));
         let recorder = |commands| {
             let recorder = Recorder::new(context, commands, &self.resources, bindings);
