@@ -110,7 +110,7 @@ mod tests {
             let sun_zenith = PI * part(number, 24);
             let series = AlbedoSeries::new(distance_ratio, sun_zenith + shift);
             let error = |index: u32| {
-                let reach = if index % 2 == 0 { 1.2 * radius } else { FRAC_PI_2 };
+                let reach = if index.is_multiple_of(2) { 1.2 * radius } else { FRAC_PI_2 };
                 let tilt = (FRAC_PI_2 + reach * (2.0 * part(index / 41, 97) - 1.0)).clamp(0.0, PI);
                 let azimuth = PI * part(index % 41, 41);
                 let normal = DVec3::new(tilt.sin() * azimuth.cos(), tilt.sin() * azimuth.sin(), tilt.cos());

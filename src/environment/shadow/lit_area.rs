@@ -60,17 +60,15 @@ impl Lit {
     }
 }
 
-/// The light of nodes under one Sun.
+/// The light of some nodes under one Sun.
 #[derive(Debug)]
 pub(crate) struct NodesInSun {
     /// Unit vector to the Sun, body frame.
     pub(crate) sun: DVec3,
     /// Poses of the joints.
     pub(crate) poses: Vec<DAffine3>,
-    /// Lit area of each node.
-    pub(crate) lit: Vec<LitArea>,
-    /// The same if nothing hid the Sun.
-    pub(crate) open: Vec<LitArea>,
+    /// Lit area of each node, and the same if nothing hid the Sun.
+    pub(crate) areas: Vec<[LitArea; 2]>,
 }
 
 /// Finds the lit areas of a set of nodes.
@@ -140,17 +138,18 @@ impl LitAreas {
         Some(self.kept_under(kept, &on_grid(sun, &load.joints)))
     }
 
-    /// The light of a load, whatever light was found last. `None` where the load is dark.
-    pub(crate) fn beside(&self, load: &StepLoad) -> Option<NodesInSun> {
+    /// The light of a load on the nodes at some places, whatever light was found last. `None` where the load is dark.
+    pub(crate) fn beside(&self, load: &StepLoad, places: &[usize]) -> Option<NodesInSun> {
         let place = on_grid(sun_of(load)?, &load.joints);
         let lit = match &self.kept {
             Some(kept) => self.kept_under(kept, &place),
             None => self.under(place.0, &place.1),
         };
         let views = self.joint_views(place.0, &place.1);
-        let open = |corners: &mut FacingCorners, index: usize| self.open_node(&views, index, corners);
-        let open = (0..lit.len()).into_par_iter().map_init(FacingCorners::default, open).collect();
-        Some(NodesInSun { sun: place.0, poses: place.1, lit, open })
+        let _opens = span("light that nothing hides");
+        let both = |corners: &mut FacingCorners, index: &usize| [lit[*index], self.open_node(&views, *index, corners)];
+        let areas = places.par_iter().map_init(FacingCorners::default, both).collect();
+        Some(NodesInSun { sun: place.0, poses: place.1, areas })
     }
 
     /// Kept light of a place of the grid, found where it is not kept.

@@ -71,10 +71,9 @@ impl Shadows {
     /// The shadows of a load on nodes at these places among the nodes of the light.
     pub(super) fn new(light: &LitAreas, places: &[usize], load: &StepLoad) -> Self {
         let found_for = bits(load);
-        let Some(NodesInSun { sun, poses, lit, open }) = light.beside(load) else {
+        let Some(NodesInSun { sun, poses, areas }) = light.beside(load, places) else {
             return Self { rays: None, areas: Vec::new(), found_for };
         };
-        let areas = places.iter().map(|place| [lit[*place], open[*place]]).collect();
         let poses = poses.iter().map(|pose| [*pose, pose.inverse()]).collect();
         Self { rays: Some(Arc::new(SunRays { sun, poses })), areas, found_for }
     }
