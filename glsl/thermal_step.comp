@@ -76,15 +76,19 @@ layout(set = 0, binding = 19) readonly buffer LitFrontBlock { vec4 lit_front[]; 
 // Rays tell what lies inside other parts. Without them its share gets no sunlight.
 #define EXPOSED
 #endif
-// Patches of the fronts of the nodes of a group, then of their backs.
-layout(set = 0, binding = 14) readonly buffer ExchangeNodesBlock { uvec4 exchange_nodes[]; };
-// Flux from other surfaces that every patch absorbs [W/m2], and the share of the patch that sunlight can reach.
-layout(set = 0, binding = 15) readonly buffer ExchangeReceivedBlock { vec2 exchange_received[]; };
-#ifdef PLANET_IR
+#if defined(PLANET_IR) || defined(ALBEDO)
 #define HIDDEN
 #endif
-#ifdef ALBEDO
-#define HIDDEN
+// Flux from other surfaces that the fronts of the nodes of a group absorb [W/m2], then their backs.
+layout(set = 0, binding = 20) readonly buffer ExchangeOnNodesBlock { vec4 exchange_on_nodes[]; };
+#if defined(HIDDEN) || defined(EXPOSED)
+#define PATCHED
+// Patches of these faces.
+layout(set = 0, binding = 14) readonly buffer ExchangeNodesBlock { uvec4 exchange_nodes[]; };
+#endif
+#ifdef EXPOSED
+// Flux from other surfaces that every patch absorbs [W/m2], and the share of the patch that sunlight can reach.
+layout(set = 0, binding = 15) readonly buffer ExchangeReceivedBlock { vec2 exchange_received[]; };
 #endif
 #ifdef HIDDEN
 // Shares of the planet's infrared and albedo that every patch sees.
@@ -155,12 +159,7 @@ vec4 albedo_flux(uint number, vec4 nx, vec4 ny, vec4 nz) {
 }
 #endif
 
-#ifdef EXCHANGE
-// Flux from other surfaces that the faces absorb [W/m2].
-vec4 received_flux(uvec4 at) {
-    return vec4(exchange_received[at.x].x, exchange_received[at.y].x, exchange_received[at.z].x, exchange_received[at.w].x);
-}
-
+#ifdef EXPOSED
 // Shares of the faces that lie outside other parts.
 vec4 exposed_share(uvec4 at) {
     return vec4(exchange_received[at.x].y, exchange_received[at.y].y, exchange_received[at.z].y, exchange_received[at.w].y);
@@ -237,9 +236,9 @@ vec4 commanded_by(uint number, Material material, uint group, uvec4 fronts, uvec
 #endif
 #endif
 #ifdef EXCHANGE
-    absorbed += received_flux(fronts);
+    absorbed += exchange_on_nodes[2u * group];
 #ifdef BOTH_SIDES
-    absorbed += received_flux(backs);
+    absorbed += exchange_on_nodes[2u * group + 1u];
 #endif
 #endif
 #ifdef FLUX
@@ -268,7 +267,7 @@ void main() {
 
     uvec4 fronts = uvec4(0u);
     uvec4 backs = uvec4(0u);
-#ifdef EXCHANGE
+#ifdef PATCHED
     fronts = exchange_nodes[2u * group];
     backs = exchange_nodes[2u * group + 1u];
 #endif

@@ -60,8 +60,8 @@ impl Sided {
 
 /// Sums of a row by side, and the sides that its shared areas have entries of.
 struct SideSums {
-    /// Shares of the rays of the row's own patch; areas [m2] that rays of others tell, and their variances [m4].
-    sums: Vec<[f64; 3]>,
+    /// Shares of the rays of the row's own patch, areas [m2] that rays of others tell, and variances [m4] of these areas: as the own rays expect them, and by the rays of others.
+    sums: Vec<[f64; 4]>,
     met: Vec<bool>,
     order: Vec<u32>,
 }
@@ -69,7 +69,7 @@ struct SideSums {
 impl SideSums {
     fn new(sides: &[u32]) -> Self {
         let count = sides.iter().max().map_or(0, |side| *side as usize + 1);
-        Self { sums: vec![[0.0; 3]; count], met: vec![false; count], order: Vec::new() }
+        Self { sums: vec![[0.0; 4]; count], met: vec![false; count], order: Vec::new() }
     }
 }
 
@@ -87,22 +87,26 @@ pub(super) fn balance_sides(patches: &[Patch], cast: &Sparse, shared: &mut Spars
         for (j, _) in shared.row(i) {
             let side = sides[*j as usize];
             if !std::mem::replace(&mut met[side as usize], true) {
-                sums[side as usize] = [0.0; 3];
+                sums[side as usize] = [0.0; 4];
                 order.push(side);
             }
         }
         order.sort_unstable();
-        cast.row(i).iter().for_each(|(j, share)| sums[sides[*j as usize] as usize][0] += share);
+        for (j, share) in cast.row(i) {
+            let [own, _, variance, _] = &mut sums[sides[*j as usize] as usize];
+            *own += share;
+            *variance += share * here * area(*j) / count;
+        }
         for (j, share) in back.row(i) {
-            let [_, told, variance] = &mut sums[sides[*j as usize] as usize];
+            let [_, told, _, met_variance] = &mut sums[sides[*j as usize] as usize];
             *told += share * area(*j);
-            *variance += share * area(*j).powi(2) / count;
+            *met_variance += share * area(*j).powi(2) / count;
         }
         let wants = |side: &u32| {
             met[*side as usize] = false;
-            let [share, told, variance] = sums[*side as usize];
+            let [share, told, expected, met_variance] = sums[*side as usize];
             let own_variance = (even * here).powi(2) * (share * (1.0 - share)).max(1.0 / count) / count;
-            let told_variance = variance.max((here / count).powi(2));
+            let told_variance = met_variance.max(expected).max((here / count).powi(2));
             let weight = own_variance / (own_variance + told_variance);
             (*side, (1.0 - weight) * share * here + weight * told)
         };

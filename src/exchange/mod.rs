@@ -26,6 +26,7 @@ pub(crate) mod posed;
 pub(crate) mod reflected;
 pub(crate) mod scaling;
 pub(crate) mod sky;
+pub(crate) mod slopes;
 pub(crate) mod sparse;
 pub(crate) mod split;
 pub(crate) mod step;

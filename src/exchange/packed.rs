@@ -11,6 +11,7 @@ use super::for_light::{LightAreas, late};
 use super::patches::Patch;
 use super::reflected::Areas;
 use super::sky::{open_parts, with_open_parts};
+use super::slopes::Slopes;
 use super::sparse::Sparse;
 use super::step::Exchange;
 use crate::stop::both;
@@ -120,6 +121,7 @@ pub(crate) struct PackedExchange {
     patches: Arc<Vec<Patch>>,
     nodes: Arc<Vec<(u32, f64)>>,
     of_node: Arc<Vec<[u32; 2]>>,
+    slopes: Arc<Slopes>,
     /// View factors, exchange areas of infrared and of sunlight.
     rows: Arc<[HalfRows; 3]>,
     /// What each of the three gives to space [m2].
@@ -137,12 +139,13 @@ pub(crate) struct PackedExchange {
 impl PackedExchange {
     pub(crate) fn new(exchange: Exchange) -> Self {
         let _packs = span("packing the exchange");
-        let Exchange { patches, nodes, of_node, factors, infrared, for_light, directions, bundles } = exchange;
+        let Exchange { patches, nodes, of_node, slopes, factors, infrared, for_light, directions, bundles } = exchange;
         let LightAreas { sunlight, sky } = &**for_light;
         Self {
             patches,
             nodes,
             of_node,
+            slopes,
             rows: Arc::new([&factors.shared, &infrared.between, &sunlight.between].map(HalfRows::new)),
             space: [factors.space, infrared.space, sunlight.space.clone()],
             returned: [infrared.returned, sunlight.returned],
@@ -172,6 +175,7 @@ impl PackedExchange {
             patches: Arc::clone(&self.patches),
             nodes: Arc::clone(&self.nodes),
             of_node: Arc::clone(&self.of_node),
+            slopes: Arc::clone(&self.slopes),
             factors: Factors {
                 areas: self.patches.iter().map(|patch| patch.area).collect(),
                 shared: Sparse::default(),

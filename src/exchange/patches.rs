@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::slopes::Slopes;
 use crate::thermal::material::{Gloss, Material, Optics, Sides};
 use crate::thermal::memory::cooling;
 
@@ -87,6 +88,8 @@ pub struct Patches {
     pub(crate) corners: Vec<Corner>,
     /// Patches of the front and of the back of each node, or [`NONE`].
     pub(crate) of_node: Arc<Vec<[u32; 2]>>,
+    /// How fluxes differ within patches.
+    pub(crate) slopes: Arc<Slopes>,
 }
 
 impl Patches {

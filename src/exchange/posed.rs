@@ -41,6 +41,7 @@ impl Exchange {
             patches: Arc::clone(&self.patches),
             nodes: Arc::clone(&self.nodes),
             of_node: Arc::clone(&self.of_node),
+            slopes: Arc::clone(&self.slopes),
             factors: self.factors.at(&other.factors, share),
             infrared: self.infrared.at(&other.infrared, share, &self.factors.areas, &emissivities),
             for_light,

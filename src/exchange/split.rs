@@ -6,13 +6,16 @@
 //! are found by the same rays, and stay whole. Where joints turn, nodes see the craft in other poses too, and patches are fine enough for each of them.
 
 use std::collections::{BTreeMap, BinaryHeap};
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
+use super::balance_sides::sides_of;
 use super::cast::{INSIDE, SPACE, Scenery, cast_rays};
 use super::directions::evenness;
 use super::patches::{Gathered, NONE, PatchSurface, Patches, bin};
+use super::slopes::Slopes;
 use super::sparse::SparseRow;
 use crate::thermal::material::Material;
 
@@ -186,10 +189,17 @@ impl PoseViews {
 }
 
 impl Patches {
-    /// Gathers nodes into patches of at most about `edge` [m], and splits those over which the view of the nodes changes.
+    /// Gathers nodes into patches of at most about `edge` [m], and splits those over which the view of the nodes changes. Fluxes differ from node to node within these.
     pub fn resolved(surface: &PatchSurface, materials: &[Material], edge: f64, views: &NodeViews) -> Self {
         let gathered = Self::gathered(surface, materials, edge, &views.buried());
-        Self::of(surface, materials, views.split(surface, gathered))
+        Self::of(surface, materials, views.split(surface, gathered)).with_slopes(surface)
+    }
+
+    /// The same patches, with fluxes that differ from node to node.
+    pub(crate) fn with_slopes(self, surface: &PatchSurface) -> Self {
+        let placed = self.all.iter().zip(sides_of(&self.all));
+        let placed: Vec<_> = placed.map(|(patch, side)| (side, patch.centre, patch.nodes.clone())).collect();
+        Self { slopes: Arc::new(Slopes::new(&placed, &self.nodes, &surface.positions)), ..self }
     }
 }
 

@@ -19,9 +19,10 @@ use super::cast::Scenery;
 use super::factors::Factors;
 use super::for_light::{LateLightAreas, LightAreas, late};
 use super::mirrors::Mirrored;
-use super::patches::{NONE, Patch, PatchSurface, Patches};
+use super::patches::{Patch, PatchSurface, Patches};
 use super::reflected::{Areas, exchange_areas};
 use super::sky::PlanetFromPatch;
+use super::slopes::Slopes;
 use crate::environment::StepLoad;
 use crate::environment::load::solar_flux;
 use crate::environment::shadow::{Lit, LitArea};
@@ -124,6 +125,8 @@ pub struct Exchange {
     pub(crate) nodes: Arc<Vec<(u32, f64)>>,
     /// Patches of the front and of the back of each node, or [`NONE`].
     pub of_node: Arc<Vec<[u32; 2]>>,
+    /// How fluxes differ within patches.
+    pub(crate) slopes: Arc<Slopes>,
     /// View factors.
     pub factors: Factors,
     /// Exchange areas of infrared.
@@ -161,6 +164,7 @@ impl Exchange {
             patches: Arc::clone(&patches.all),
             nodes: Arc::clone(&patches.nodes),
             of_node: Arc::clone(&patches.of_node),
+            slopes: Arc::clone(&patches.slopes),
             factors,
             infrared,
         }
@@ -274,8 +278,7 @@ impl Exchange {
         };
         let sent: Vec<f64> = self.patches.iter().map(sent).collect();
         let absorbed = self.gathered(&self.infrared, |from| sent[from], |patch| patch.optics.emissivity);
-        let of_face = |patch: &u32| absorbed.get(*patch as usize).copied().unwrap_or_default();
-        self.of_node.iter().map(|faces| faces.iter().map(of_face).sum()).collect()
+        self.on_faces(&absorbed).into_iter().map(|[front, back]| front + back).collect()
     }
 
     fn gathered(
@@ -291,19 +294,40 @@ impl Exchange {
         self.patches.par_iter().enumerate().map(gathered).collect()
     }
 
-    /// The light on the two faces of a node, from the flux that every patch absorbs and the sky that it sees.
-    pub(crate) fn of_node(&self, node: usize, absorbed: &[f64], planet_shares: &[PlanetShares]) -> [FaceLoad; 2] {
-        self.of_node[node].map(|patch| match patch {
-            NONE => FaceLoad::NOTHING,
-            patch => {
-                let patch = patch as usize;
-                FaceLoad {
-                    absorbed: absorbed[patch],
-                    planet_shares: planet_shares[patch],
-                    exposed: self.exposed(patch),
-                }
+    /// The light on the two faces of every node, from the flux that every patch absorbs and the sky that it sees.
+    pub fn of_nodes(&self, absorbed: &[f64], planet_shares: &[PlanetShares]) -> Vec<[FaceLoad; 2]> {
+        let of_patch = |(number, absorbed): (usize, &f64)| FaceLoad {
+            absorbed: *absorbed,
+            planet_shares: planet_shares[number],
+            exposed: self.exposed(number),
+        };
+        let loads: Vec<FaceLoad> = absorbed.iter().enumerate().map(of_patch).collect();
+        self.spread(&loads)
+    }
+
+    /// The light on the two faces of every node, from the light on every patch. What a patch absorbs from others differs from node to node.
+    pub(crate) fn spread(&self, loads: &[FaceLoad]) -> Vec<[FaceLoad; 2]> {
+        let absorbed: Vec<f64> = loads.iter().map(|load| load.absorbed).collect();
+        let on_faces = self.on_faces(&absorbed);
+        let face = |patch: u32, absorbed: f64| match loads.get(patch as usize) {
+            Some(load) => FaceLoad { absorbed, ..*load },
+            None => FaceLoad::NOTHING,
+        };
+        let faces = self.of_node.iter().zip(on_faces);
+        faces.map(|(patches, absorbed)| std::array::from_fn(|side| face(patches[side], absorbed[side]))).collect()
+    }
+
+    /// Flux that the two faces of every node absorb [W/m2], where patches absorb these fluxes.
+    fn on_faces(&self, absorbed: &[f64]) -> Vec<[f64; 2]> {
+        let of_patch = |patch: &u32| absorbed.get(*patch as usize).copied().unwrap_or_default();
+        let mut faces: Vec<[f64; 2]> = self.of_node.iter().map(|faces| faces.each_ref().map(of_patch)).collect();
+        let differences = self.slopes.differences(absorbed);
+        for patch in self.patches.iter().filter(|_| !differences.is_empty()) {
+            for place in patch.nodes.clone() {
+                faces[self.nodes[place].0 as usize][usize::from(patch.back)] += differences[place];
             }
-        })
+        }
+        faces
     }
 }
 

@@ -28,7 +28,7 @@ macro_rules! texts {
 entry_points! {
     "absorbed_heat.comp" "background.frag" "background.vert" "between.comp" "blackbody.comp" "brightness.comp"
     "cull.comp" "distant.comp" "empty.comp" "exchange_light.comp" "exchange_mirror.comp"
-    "exchange_receive.comp" "exchange_send.comp" "exchange_sky.comp" "expose.comp" "gather.comp" "one_pass.comp" "one_pass_heaters.comp"
+    "exchange_receive.comp" "exchange_send.comp" "exchange_sky.comp" "exchange_spread.comp" "expose.comp" "gather.comp" "one_pass.comp" "one_pass_heaters.comp"
     "one_pass_stage.comp" "radiance.frag" "radiance.vert" "resample.comp" "response.comp" "sensor_cells.comp"
     "sensor_halo.comp" "sensor_pixel.comp" "sensor_rows.comp" "thermal_step.comp" "traced.comp"
 }

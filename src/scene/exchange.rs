@@ -48,7 +48,7 @@ pub(super) fn read(
     let specular_sunlight = section.boolean("specular_sunlight")?.unwrap_or(default.specular_sunlight);
     let mirrored = if specular_sunlight { ", but mirror direct sunlight once" } else { "" };
     assumptions.push(format!(
-        "[exchange]: patches are uniform and reflect diffusely{mirrored}. What arrives from other patches is what they are expected to send in the middle of a step."
+        "[exchange]: patches send alike from all of their surface and reflect diffusely{mirrored}. What arrives from other patches is what they are expected to send in the middle of a step."
     ));
     if !has_shadows {
         assumptions.push("Sunlight reaches surfaces that others hide (there is no section [shadows]).".to_owned());

@@ -397,8 +397,7 @@ impl Engine for DeviceEngine {
     }
 
     fn exchanged_infrared(&self, black: &[f64]) -> Vec<f64> {
-        let tables = self.exchange.as_ref().map(DeviceExchange::tables);
-        tables.map(|tables| tables.exchanged_infrared(black)).unwrap_or_default()
+        self.exchange.as_ref().map(|exchange| exchange.exchanged_infrared(black)).unwrap_or_default()
     }
 
     fn exchange_description(&self) -> Vec<(String, String)> {

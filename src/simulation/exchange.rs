@@ -309,7 +309,7 @@ impl ExchangeTwin {
     /// The light on the faces of every node, where patches absorb this infrared [W/m2].
     pub(crate) fn of_nodes(&self, absorbed: &[f64]) -> Vec<[FaceLoad; 2]> {
         let Some(exchange) = self.found.found() else { return Vec::new() };
-        (0..exchange.of_node.len()).map(|node| exchange.of_node(node, absorbed, &self.light.planet_shares)).collect()
+        exchange.of_nodes(absorbed, &self.light.planet_shares)
     }
 
     pub(crate) fn save(&self) -> ExchangeTwinState {

@@ -64,8 +64,12 @@ impl DeviceExchange {
 
     /// The light on the two faces of every node, from the light on every patch.
     pub(crate) fn of_nodes(&self, patches: &[FaceLoad]) -> Vec<[FaceLoad; 2]> {
-        let of_patch = |patch: u32| patches.get(patch as usize).copied().unwrap_or(FaceLoad::NOTHING);
-        self.craft.patches.of_node.iter().map(|faces| faces.map(of_patch)).collect()
+        self.posed.found().map_or_else(Vec::new, |exchange| exchange.spread(patches))
+    }
+
+    /// Infrared that nodes absorb from each other [W/m2], if each emits like a black body of this flux [W/m2]. Computed by the host.
+    pub(crate) fn exchanged_infrared(&self, black: &[f64]) -> Vec<f64> {
+        self.posed.found().map(|exchange| exchange.exchanged_infrared(black)).unwrap_or_default()
     }
 
     /// Follows the joints. Returns tables where others hold than before, or where light is found that the last ones do not serve. `finds_light` tells whether light is

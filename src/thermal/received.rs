@@ -17,14 +17,15 @@ impl PlanetShares {
     pub(crate) const ALL: Self = Self { planet_ir: 1.0, albedo: 1.0 };
 }
 
+/// The light of the rest of the craft on a face, and the shares of other light that reach it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct FaceLoad {
+pub struct FaceLoad {
     /// Flux from other surfaces that the face absorbs [W/m2].
-    pub(crate) absorbed: f64,
+    pub absorbed: f64,
     /// Shares of the planet's light that it sees.
-    pub(crate) planet_shares: PlanetShares,
+    pub planet_shares: PlanetShares,
     /// Share of the face outside other parts, which sunlight can reach.
-    pub(crate) exposed: f64,
+    pub exposed: f64,
 }
 
 impl FaceLoad {

@@ -23,9 +23,7 @@ macro_rules! buffer {
 
 resources! {
     /// Patches of the fronts of four nodes, then of their backs.
-    NODES = Resource::new("ExchangeNodes", PAIRS, Storage, Per::Node, |data| {
-        data.exchange.as_ref().map_or(0, |exchange| exchange.tables.nodes.len())
-    })
+    NODES = Resource::new("ExchangeNodes", PAIRS, Storage, Per::Node, faces_of)
     .in_pieces(Always)
     .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.nodes)));
     /// `ExchangePatch` of every patch.
@@ -63,6 +61,15 @@ resources! {
     /// Flux from other patches that every patch absorbs [W/m2], and the share of each that sunlight can reach.
     RECEIVED =
         buffer!("ExchangeReceived", 8, Storage, places).filled(|data| made(&vec![[0.0f32, 1.0]; places_of(data)]));
+    /// Neighbours of every patch, and the vectors by which their fluxes count for a gradient.
+    NEIGHBOURS = buffer!("ExchangeNeighbours", 16, Storage, |exchange| exchange.tables.neighbours.len())
+        .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.neighbours)));
+    /// Ways of the nodes of patches from the centre.
+    WAYS = buffer!("ExchangeWays", 12, Storage, |exchange| exchange.tables.ways.len())
+        .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.ways)));
+    /// Flux from other patches that the fronts of four nodes absorb [W/m2], then their backs.
+    ON_NODES = Resource::new("ExchangeOnNodes", PAIRS, Storage, Per::Node, faces_of)
+        .filled(|data| made(&vec![[0.0f32; 8]; faces_of(data)]));
 }
 
 /// Number of patches, and one for faces without any.
@@ -72,6 +79,10 @@ fn places(exchange: &ExchangeData<'_>) -> usize {
 
 fn places_of(data: &SceneData<'_>) -> usize {
     data.exchange.as_ref().map_or(0, places)
+}
+
+fn faces_of(data: &SceneData<'_>) -> usize {
+    data.exchange.as_ref().map_or(0, |exchange| exchange.tables.nodes.len())
 }
 
 /// Patches of a workgroup.
@@ -141,5 +152,7 @@ pub(crate) fn passes(frame: &mut Frame, exchanged: &Exchanged) {
     frame.pass(pass("exchange_send.comp", &[(light.planet_ir, "planet_ir")]));
     frame.wait([done(&SENT), free(&RECEIVED)]);
     frame.pass(pass("exchange_receive.comp", &[(light.sun, "sun")]));
-    frame.wait([done(&RECEIVED)]);
+    frame.wait([done(&RECEIVED), free(&ON_NODES)]);
+    frame.pass(pass("exchange_spread.comp", &[]));
+    frame.wait([done(&ON_NODES)]);
 }

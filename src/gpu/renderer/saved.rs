@@ -3,7 +3,7 @@
 use super::Renderer;
 use crate::environment::shadow::LightAndPoses;
 use crate::exchange::sky::LastFound;
-use crate::gpu::effects::exchange::{EMITTED, RECEIVED, REFLECTED, SEEN, SUNLIGHT};
+use crate::gpu::effects::exchange::{EMITTED, ON_NODES, RECEIVED, REFLECTED, SEEN, SUNLIGHT};
 use crate::gpu::effects::light::{LIT_FRONT, LIT_X, LIT_Y, LIT_Z};
 use crate::gpu::effects::network::state::OnePass;
 use crate::gpu::effects::sensor::BOLOMETER;
@@ -172,6 +172,7 @@ impl Renderer {
                 (&SUNLIGHT, places),
                 (&EMITTED, places),
                 (&RECEIVED, 2 * places),
+                (&ON_NODES, 2 * self.nodes),
             ]);
         }
         buffers.retain(|(resource, _)| self.resources.get(resource).is_some());

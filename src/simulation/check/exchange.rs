@@ -10,7 +10,7 @@ use crate::environment::shadow::Lit;
 use crate::exchange::lead::Lead;
 use crate::exchange::sky::{Due, LastFound, Renewal};
 use crate::exchange::step::{CraftLight, Exchange};
-use crate::exchange::uncertainty::{FluxUncertainty, PatchSizes, held_rows};
+use crate::exchange::uncertainty::{FluxUncertainty, held_rows};
 use crate::simulation::exchange::ExchangeCraft;
 use crate::simulation::exchange_poses::RowsBetween;
 use crate::thermal::misfit::{Misfit, check_length};
@@ -29,7 +29,6 @@ pub(super) struct ExchangeCheck {
     /// The poses between which the rows that hold lie, and these rows.
     now: (RowsBetween, Arc<Exchange>),
     renewal: Renewal,
-    sizes: PatchSizes,
     progress: ExchangeProgress,
 }
 
@@ -88,7 +87,6 @@ impl ExchangeCheck {
         Self {
             now: (rows, first),
             renewal: craft.renewal(),
-            sizes: PatchSizes::new(&craft.surface, &craft.patches),
             craft: Arc::clone(craft),
             progress: ExchangeProgress::default(),
         }
@@ -112,12 +110,9 @@ impl ExchangeCheck {
             let mirrored = self.craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(load));
             exchange.light(load, lit, mirrored.as_ref())
         };
-        let of_nodes = |absorbed: &[f64], light: &CraftLight| -> Vec<[FaceLoad; 2]> {
-            (0..temperatures.len()).map(|node| exchange.of_node(node, absorbed, &light.planet_shares)).collect()
-        };
         let due = self.renewal.due(load, steps, self.progress.light.planet_shares.is_empty());
         if due == Due::Nothing {
-            return of_nodes(&self.progress.before, &self.progress.light);
+            return exchange.of_nodes(&self.progress.before, &self.progress.light.planet_shares);
         }
         let mut held = None;
         if due == Due::All {
@@ -131,7 +126,7 @@ impl ExchangeCheck {
         let at_start = exchange.absorbed(&exchange.sent(load, &progress.light, temperature), &progress.light);
         let ends = self.progress.steps.is_multiple_of(EVERY).then(|| self.ends()).flatten();
         let absorbed = exchange.absorbed(&sent, &self.progress.light);
-        let received = of_nodes(&absorbed, &self.progress.light);
+        let received = exchange.of_nodes(&absorbed, &self.progress.light.planet_shares);
         self.estimate(&sent, &at_start, temperatures, (turned, held, ends));
         (self.progress.before, self.progress.at_start) = (absorbed, at_start);
         self.progress.steps += 1;
@@ -177,7 +172,7 @@ impl ExchangeCheck {
         if self.progress.steps.is_multiple_of(EVERY) {
             let bounces = self.craft.settings.bounces;
             let errors = exchange.errors(sent, &self.progress.light, bounces);
-            let mut uncertain = exchange.uncertainty(&errors, absorbed, &self.sizes, held.as_deref());
+            let mut uncertain = exchange.uncertainty(&errors, absorbed, held.as_deref());
             for (number, (patch, (kelvin, _))) in warm_ones() {
                 self.progress.errors[0].add(kelvin * uncertain[number].rays, patch.area);
                 self.progress.errors[4].add(kelvin * uncertain[number].size, patch.area);

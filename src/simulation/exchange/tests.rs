@@ -5,10 +5,11 @@ use std::f64::consts::PI;
 use glam::{DAffine3, DVec3};
 
 use super::*;
-use crate::exchange::cast::cast_rays;
-use crate::exchange::uncertainty::PatchSizes;
+use crate::exchange::cast::{SPACE, cast_rays};
+use crate::exchange::factors::Factors;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::material::{Bulk, Optics, Response, Sides};
+use crate::thermal::received::PlanetShares;
 
 const SIZE: f64 = 2.0;
 const CELLS: usize = 12;
@@ -194,7 +195,7 @@ fn the_stated_uncertainty_is_near_the_error() {
     for (rays, edge) in [(64, 0.2), (1024, 0.2), (4096, 0.7)] {
         let settings = ExchangeSettings { rays, patch_edge: Some(edge), ..ExchangeSettings::default() };
         let whole = craft(settings);
-        let patches = Patches::new(&whole.surface, &[black()], edge, &[]);
+        let patches = Patches::new(&whole.surface, &[black()], edge, &[]).with_slopes(&whole.surface);
         let craft = ExchangeCraft { patches, ..(*whole).clone() };
         let exchange = craft.cast(&[]);
         let (patches, surface) = (&exchange.patches, &craft.surface);
@@ -206,10 +207,10 @@ fn the_stated_uncertainty_is_near_the_error() {
             ..CraftLight::default()
         };
         let absorbed = exchange.absorbed(&sent, &light);
-        let sizes = PatchSizes::new(surface, &craft.patches);
-        let stated = exchange.uncertainty(&exchange.errors(&sent, &light, None), &absorbed, &sizes, None);
+        let stated = exchange.uncertainty(&exchange.errors(&sent, &light, None), &absorbed, None);
+        let on_nodes = exchange.of_nodes(&absorbed, &vec![PlanetShares::ALL; absorbed.len()]);
         let (mut truly, mut told, mut count) = (0.0, 0.0, 0.0);
-        for node in 0..surface.positions.len() {
+        for (node, faces) in on_nodes.iter().enumerate() {
             let place = surface.positions[node];
             if surface.joints[node] == 0 || (place.y - 0.5 * SIZE).abs() > 1e-9 || !(0.1..SIZE - 0.1).contains(&place.z)
             {
@@ -217,7 +218,7 @@ fn the_stated_uncertainty_is_near_the_error() {
             }
             let patch = craft.patches.of_node[node][0] as usize;
             let exact = STEFAN_BOLTZMANN * HOT.powi(4) * view_factor(place.z, 0.5 * PI);
-            truly += (absorbed[patch] - exact).powi(2);
+            truly += (faces[0].absorbed - exact).powi(2);
             told += stated[patch].rays.hypot(stated[patch].size).powi(2);
             count += 1.0;
         }
@@ -298,11 +299,34 @@ fn patches_around_one_centre_tell_no_gradient() {
             joints: vec![0; 6],
             triangles: vec![[0, 1, 2], [3, 4, 5]],
         };
-        let patches = Patches::new(&surface, &[black(), black()], 10.0, &[]);
-        PatchSizes::new(&surface, &patches).flux(&[100.0, 0.0])
+        let patches = Patches::new(&surface, &[black(), black()], 10.0, &[]).with_slopes(&surface);
+        patches.slopes.differences(&[100.0, 0.0])
     };
     let [near, far] = [1e-9, 2.0].map(flux);
     println!("{near:?} {far:?}");
     assert!(near.iter().all(|flux| *flux < 1e-3), "{near:?}");
-    assert!(far[0] > 20.0, "{far:?}");
+    assert!(far.iter().any(|flux| *flux > 20.0), "{far:?}");
+}
+
+/// Rays of a large patch seldom meet a small one. Where none did, that says little.
+#[test]
+fn a_small_patch_that_rays_of_others_miss_has_what_its_own_rays_tell() {
+    let triangle = |at: DVec3, edge: f64| [at, at + edge * DVec3::X, at + edge * DVec3::Y];
+    let surface = PatchSurface {
+        positions: [triangle(DVec3::ZERO, 0.05), triangle(DVec3::Z, 1.4)].concat(),
+        normals: vec![DVec3::Z; 6],
+        areas: [[0.05 * 0.05 / 6.0; 3], [1.4 * 1.4 / 6.0; 3]].concat(),
+        parts: vec![0, 0, 0, 1, 1, 1],
+        materials: vec![0; 6],
+        joints: vec![0; 6],
+        triangles: vec![[0, 1, 2], [3, 4, 5]],
+    };
+    let patches = Patches::new(&surface, &[black()], 10.0, &[]);
+    let (rays, met) = (1000, 20);
+    // Rays of the small patch, and of the large one, which end in space.
+    let ends: Vec<u32> = (0..2 * rays).map(|ray| if ray < met { 1 } else { SPACE }).collect();
+    let factors = Factors::new(&patches.all, &ends, rays);
+    let found = factors.shared.at(0, 1) / factors.areas[0];
+    println!("{found} of the small patch's view");
+    assert!((found - 0.02).abs() < 0.001, "{found}");
 }

@@ -11,7 +11,7 @@ use crate::exchange::patches::NONE;
 use crate::exchange::sky::{Due, LastFound, Renewal};
 use crate::exchange::step::{CraftLight, Exchange};
 use crate::exchange::turn::turned;
-use crate::exchange::uncertainty::{FluxUncertainty, PatchSizes, held_rows};
+use crate::exchange::uncertainty::{FluxUncertainty, held_rows};
 use crate::simulation::exchange::ExchangeCraft;
 use crate::thermal::misfit::{Misfit, check_length};
 
@@ -30,7 +30,6 @@ const BETWEEN_ROWS: f64 = 0.25 * 0.73;
 /// Errors of what nodes absorb from each other.
 pub(super) struct ExchangeErrors {
     craft: Arc<ExchangeCraft>,
-    sizes: PatchSizes,
     renewal: Renewal,
     /// Exchanges for the poses of the state.
     casts: Vec<Arc<Exchange>>,
@@ -79,7 +78,6 @@ pub(super) struct NodeFluxError {
 impl ExchangeErrors {
     pub(super) fn new(craft: &Arc<ExchangeCraft>) -> Self {
         Self {
-            sizes: PatchSizes::new(&craft.surface, &craft.patches),
             renewal: craft.renewal(),
             craft: Arc::clone(craft),
             casts: Vec::new(),
@@ -137,7 +135,7 @@ impl ExchangeErrors {
         if due == Due::All || turned || changed || self.state.found.is_multiple_of(EVERY) {
             self.state.estimated_for = sum;
             let errors = exchange.errors(&sent, light, self.craft.settings.bounces);
-            let uncertain = exchange.uncertainty(&errors, &absorbed, &self.sizes, held.as_deref());
+            let uncertain = exchange.uncertainty(&errors, &absorbed, held.as_deref());
             let rows = self.between_rows(&sent);
             let rows = |patch: usize| rows.as_ref().map_or(0.0, |rows| rows[patch]);
             let both =
@@ -181,7 +179,7 @@ impl ExchangeErrors {
     }
 
     /// Half of the difference between what each node absorbs, where its patches absorb some flux [W/m2], and the mean of the nodes beside it. An image draws straight
-    /// lines between nodes: on an even mesh they leave out a quarter of this difference in their middle. At a rim, where a node stands for what lies within it, they leave out more. A patch of several nodes tells the gradient itself ([`PatchSizes`]).
+    /// lines between nodes: on an even mesh they leave out a quarter of this difference in their middle. At a rim, where a node stands for what lies within it, they leave out more. Over a patch of several nodes lines are right.
     fn lines(&self, absorbed: &[f64]) -> Vec<f64> {
         let ExchangeCraft { patches, surface, .. } = &*self.craft;
         let of_face = |node: u32, side: usize| absorbed.get(patches.of_node[node as usize][side] as usize);

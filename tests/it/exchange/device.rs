@@ -66,6 +66,37 @@ fn steps_follow_their_twin_with_every_response() {
     assert_silent(&context);
 }
 
+/// Infrared that is held over the time of a saved state goes on to hold.
+#[test]
+fn a_saved_state_goes_on_while_infrared_is_held() {
+    let context = context();
+    let prepared = prepared(&[("redraw_angle_deg = 0\n", "redraw_angle_deg = 90\nhold = 3600\n")]);
+    let engine = || DeviceEngine::new(&context, &prepared, None).expect("a small scene");
+    let advance = |engine: &mut DeviceEngine, steps: std::ops::Range<u32>| -> Vec<f32> {
+        for number in steps {
+            let (start, length) = (60.0 * f64::from(number), 60.0);
+            let load = prepared.loads.step_load(start, start + length);
+            engine
+                .submit(Some(EngineStep { load: &load, steps: 1.0, start, length }), Order::default())
+                .expect("a step");
+            engine.deliver().expect("a step");
+        }
+        engine.submit(None, Order { temperatures: true, ..Order::default() }).expect("a state");
+        engine.deliver().expect("a state").temperatures.expect("temperatures")
+    };
+    let mut whole = engine();
+    whole.settle_at(300.0, prepared.nodes.vertex_of_node.len()).expect("a start");
+    advance(&mut whole, 0..3);
+    let saved = whole.save().expect("a state");
+    let held = whole.renderer.received().expect("what patches received");
+    assert!(held.iter().any(|flux| *flux > 1.0), "something is held");
+    let mut resumed = engine();
+    resumed.restore(&saved, 100).expect("its own state");
+    assert_eq!(advance(&mut whole, 3..6), advance(&mut resumed, 3..6));
+    assert_eq!(whole.renderer.received().expect("what patches received"), held, "it was held until the end");
+    assert_silent(&context);
+}
+
 /// Surfaces of a convex craft do not see each other. The device steps it all the same.
 #[test]
 fn a_convex_craft_has_exchange_without_rows() {
@@ -78,23 +109,6 @@ fn a_convex_craft_has_exchange_without_rows() {
     glb_of_box().save(folder.0.path());
     let worst = apart(&context(), &folder.prepared());
     worst.within(0.01, "K", "a box with exchange");
-}
-
-/// The warm-up asks the tables of the device, and the f64 exchange, for the same.
-#[test]
-fn tables_tell_the_host_what_nodes_absorb_from_each_other() {
-    let prepared = prepared(&[]);
-    let exchange = prepared.exchange.as_ref().expect("the scene has exchange").cast(&[]);
-    let black = |node: usize| 100.0 + (node * 37 % 101) as f64;
-    let flux: Vec<f64> = (0..exchange.of_node.len()).map(black).collect();
-    let twin = exchange.exchanged_infrared(&flux);
-    let found = ExchangeTables::new(&exchange, false).exchanged_infrared(&flux);
-    let off = |found: &[f64]| found.iter().zip(&twin).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    assert_eq!(found.len(), twin.len());
-    assert!(off(&found) < 1e-4, "{} W/m2", off(&found));
-    assert!(twin.iter().any(|flux| *flux > 1.0), "nodes see each other");
-    let other: Vec<f64> = flux.iter().map(|flux| 1.001 * flux).collect();
-    assert!(off(&ExchangeTables::new(&exchange, false).exchanged_infrared(&other)) > 1e-3);
 }
 
 /// The key changes temperatures where a material mirrors. Where none does, it changes nothing and says so.
@@ -279,7 +293,7 @@ fn without_exchange_there_is_no_buffer_and_no_pass() {
     };
     let (planned, passes) = names(&Folder::new(crate::craft::SCENE).prepared());
     assert!(planned.iter().all(|name| !name.starts_with("Exchange")) && !passes.contains("xchange"));
-    assert!(names(&prepared(&[])).1.contains("ExchangeReceived"), "with exchange the thermal step reads it");
+    assert!(names(&prepared(&[])).1.contains("ExchangeOnNodes"), "with exchange the thermal step reads it");
 }
 
 /// A wing that turns: rays are cast anew, and both engines agree.

@@ -56,6 +56,7 @@ fn off(coarse: f64, split: Option<&[Vec<DAffine3>]>, turns: bool, settings: &Exc
     let space = StepLoad { background_temperature: 0.0, ..dark(0.0) };
     let sent = exchange.sent(&space, &light, |node| if surface.parts[node] == 1 { WALL } else { 0.0 });
     let absorbed = exchange.absorbed(&sent, &light);
+    let on_nodes = exchange.of_nodes(&absorbed, &exchange.seen(&space));
     let given: f64 = (0..count).map(|patch| exchange.infrared.space[patch] * sent[patch]).sum();
     let taken: f64 = exchange.patches.iter().zip(&absorbed).map(|(patch, flux)| patch.area * flux).sum();
     let all: f64 = exchange.patches.iter().zip(&sent).map(|(patch, flux)| patch.area * flux).sum();
@@ -67,7 +68,7 @@ fn off(coarse: f64, split: Option<&[Vec<DAffine3>]>, turns: bool, settings: &Exc
         .map(|node| {
             // The nodes at the ends have half a cell.
             let x = surface.positions[node].x.clamp(0.25 * cell, SIZE - 0.25 * cell);
-            let flux = absorbed[exchange.of_node[node][0] as usize];
+            let flux = on_nodes[node][0].absorbed;
             (x, (flux / STEFAN_BOLTZMANN).powf(0.25), truth(x))
         })
         .collect();
@@ -99,11 +100,9 @@ fn a_floor_whose_wall_rises_by_a_joint_is_as_warm_as_the_closed_form_says() {
     let settings = ExchangeSettings::default();
     let ([rms, most, _], count) = off(1.0, Some(&[upright()]), true, &settings);
     println!("{count} patches: {rms:.2} K rms, {most:.2} K at most");
-    // Where the floor sees little of the wall, a patch of three nodes stays whole: the noise of 623 rays a node is as large as the difference of its halves. So the largest
-    // difference is 4.8 K, above the 4 K of a wall that stands.
-    assert!(rms < 1.5, "{rms} K rms, {most} K at most");
+    assert!(rms < 1.5 && most < 4.0, "{rms} K rms, {most} K at most");
     // In the file's pose the floor sees nothing, so its patches are large.
-    let ([rms, most, _], count) = off(1.4, Some(&[]), true, &settings);
-    println!("for the file's pose alone, {count} patches: {rms:.2} K rms, {most:.2} K at most");
-    assert!(rms > 2.5 && most > 4.5, "{rms} K rms, {most} K at most");
+    let ([coarse, most, _], count) = off(1.4, Some(&[]), true, &settings);
+    println!("for the file's pose alone, {count} patches: {coarse:.2} K rms, {most:.2} K at most");
+    assert!(coarse > 2.0 * rms, "{coarse} K rms, {most} K at most");
 }

@@ -18,9 +18,12 @@ CAMERA = Camera((-12.0, -3.0, 6.0), (-2.8, 0.0, 1.0), 40.0)
 FLOOR, WALL = (0.3, 0.85, 1500.0, (0.3, 0.3)), (0.2, 0.9, 3000.0, (0.95, 0.1))
 
 
-def _build(folder: Path) -> Path:
-    sections = [scenes.still_sun(BETA), "[shadows]", "[exchange]", scenes.material("floor", *FLOOR), scenes.material("wall", *WALL)]
-    return scenes.write(folder, PARTS, sections, CAMERA, f"step = {STEP}\nsteps = {STEPS}\ndraw_every = 40\n", INITIAL, 0.25)
+def _build(edge: float):
+    def build(folder: Path) -> Path:
+        sections = [scenes.still_sun(BETA), "[shadows]", "[exchange]", scenes.material("floor", *FLOOR), scenes.material("wall", *WALL)]
+        return scenes.write(folder, PARTS, sections, CAMERA, f"step = {STEP}\nsteps = {STEPS}\ndraw_every = 40\n", INITIAL, edge)
+
+    return build
 
 
 def _truth() -> list:
@@ -34,4 +37,7 @@ def _truth() -> list:
     return rows(plates, 6.0, lambda _: np.pi / 2, right, INITIAL, STEP, {40: triangles, 80: triangles}, part_of, CAMERA, (30, 12), 1200, {0})
 
 
-CASES = [Case("floor_wall", _build, _truth, Bounds(rms=1.5, largest=4.0), parts=["floor", "wall"], finds="patches that do not resolve what they receive")]
+CASES = [
+    Case("floor_wall", _build(0.25), _truth, Bounds(rms=1.5, largest=4.0), data="floor_wall", parts=["floor", "wall"], finds="patches that do not resolve what they receive"),
+    Case("floor_wall_fine", _build(0.08), _truth, Bounds(rms=1.5, largest=4.0), data="floor_wall", parts=["floor", "wall"], finds="a flux that is uniform over a patch of many nodes"),
+]

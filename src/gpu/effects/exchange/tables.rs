@@ -1,9 +1,11 @@
 //! Tables of radiation between surfaces in the layout of the device.
 
+use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::exchange::patches::NONE;
 use crate::exchange::reflected::Areas;
+use crate::exchange::slopes::NEIGHBOURS;
 use crate::exchange::sparse::{Sparse, joined};
 use crate::exchange::step::Exchange;
 use crate::exchange::words::{MOST as WORDS, pieces};
@@ -26,6 +28,10 @@ pub struct ExchangeTables {
     pub(crate) patches: Vec<ExchangePatch>,
     /// Nodes of the patches, and the bits of their shares.
     pub(crate) members: Vec<[u32; 2]>,
+    /// Way of each of the members from the centre of its patch [m].
+    pub(crate) ways: Vec<[f32; 3]>,
+    /// Neighbours of each place: a place, and the bits of the vector by which its difference in flux counts for the gradient [1/m].
+    pub(crate) neighbours: Vec<[u32; 4]>,
     /// Four entries of a row: the upper half of an exchange area [m2] as f32, and below it a patch. First all rows of infrared, then all rows of sunlight.
     pub(crate) entries: Vec<[u32; 4]>,
     /// Bundles of rays that keep the sky, in fours for each patch.
@@ -73,6 +79,8 @@ impl ExchangeTables {
         Self {
             nodes: nodes.collect(),
             members: exchange.nodes.iter().map(|(node, share)| [*node, (*share as f32).to_bits()]).collect(),
+            ways: ways(exchange),
+            neighbours: neighbours(exchange, order, &places),
             room: moving.entries.len(),
             bundles: exchange.bundles() as u32,
             order: order.to_vec(),
@@ -159,25 +167,6 @@ impl ExchangeTables {
             ..Self::default()
         }
     }
-
-    /// Infrared that nodes absorb from each other [W/m2], if each emits like a black body of this flux [W/m2]. Computed by the host.
-    pub fn exchanged_infrared(&self, black: &[f64]) -> Vec<f64> {
-        let members = |patch: &ExchangePatch| &self.members[patch.first_node as usize..patch.end_node as usize];
-        let share = |[node, share]: &[u32; 2]| black[*node as usize] * f64::from(f32::from_bits(*share));
-        let sent = |patch: &ExchangePatch| f64::from(patch.emissivity) * members(patch).iter().map(share).sum::<f64>();
-        let sent: Vec<f64> = self.patches.iter().map(sent).collect();
-        let area = |word: &u32| f64::from(f32::from_bits(word & 0xffff_0000)) * sent[(word & 0xffff) as usize];
-        let absorbed = |(own, patch): (&f64, &ExchangePatch)| {
-            let entries = self.entries[patch.first_entry as usize..patch.end_entry as usize].iter().flatten();
-            let arrives = entries.map(area).sum::<f64>() + f64::from(patch.itself) * own;
-            f64::from(patch.emissivity * patch.per_area) * arrives
-        };
-        let absorbed: Vec<f64> = sent.iter().zip(&self.patches).map(absorbed).collect();
-        let of_face = |patch: u32| absorbed.get(patch as usize).copied().unwrap_or_default();
-        let of_group =
-            |faces: &[u32; 8]| std::array::from_fn::<f64, GROUP, _>(|k| of_face(faces[k]) + of_face(faces[k + GROUP]));
-        self.nodes.iter().flat_map(of_group).collect()
-    }
 }
 
 /// The place of each patch in an order.
@@ -201,6 +190,28 @@ fn put_fours(row: &[(u32, f64)], own: u32, place: u32, places: &[u32], fours: &m
         }
     }
     fours.extend((count > 0).then_some(four));
+}
+
+/// Ways of the nodes of patches from their centres [m]. 0 where fluxes do not differ within patches.
+fn ways(exchange: &Exchange) -> Vec<[f32; 3]> {
+    let mut ways: Vec<[f32; 3]> = exchange.slopes.ways.iter().copied().map(Vec3::into).collect();
+    ways.resize(exchange.nodes.len(), [0.0; 3]);
+    ways
+}
+
+/// Neighbours of the patches in an order. What is missing of the last ones is the patch itself.
+fn neighbours(exchange: &Exchange, order: &[u32], places: &[u32]) -> Vec<[u32; 4]> {
+    let of = |number: &u32| -> [[u32; 4]; NEIGHBOURS] {
+        let known = exchange.slopes.patches.get(*number as usize).map_or(&[][..], |slope| &slope.neighbours);
+        std::array::from_fn(|k| match known.get(k) {
+            Some(other) => {
+                let [x, y, z] = other.weight.to_array().map(f32::to_bits);
+                [places[other.patch as usize], x, y, z]
+            }
+            None => [places[*number as usize], 0, 0, 0],
+        })
+    };
+    order.iter().flat_map(of).collect()
 }
 
 /// Bundles of the patches in an order, in fours.

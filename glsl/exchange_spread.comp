@@ -1,0 +1,51 @@
+#version 450
+// Flux from other surfaces that the faces of nodes absorb [W/m2]: a plane through the flux of each patch and of the patches around it. One patch an invocation.
+// Twin: `Slopes::differences` of src/exchange/slopes.rs, which says why.
+
+#include "types.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(push_constant) uniform PassBlock { ExchangePass pass; };
+layout(set = 0, binding = 0) readonly buffer ExchangePatchesBlock { ExchangePatch patches[]; };
+// Nodes of the patches, each with the bits of its share of the patch.
+layout(set = 0, binding = 1) readonly buffer ExchangeMembersBlock { uvec2 members[]; };
+layout(set = 0, binding = 2) readonly buffer ExchangeReceivedBlock { vec2 received[]; };
+// Eight neighbours of each patch: the place of one, and the bits of the vector by which its difference in flux counts for the gradient [1/m].
+layout(set = 0, binding = 3) readonly buffer ExchangeNeighboursBlock { uvec4 neighbours[]; };
+// Way of each of the members from the centre of its patch [m].
+layout(set = 0, binding = 4) readonly buffer ExchangeWaysBlock { float ways[]; };
+// Fronts of four nodes, then their backs.
+layout(set = 0, binding = 5) buffer ExchangeOnNodesBlock { float on_nodes[]; };
+
+const uint NEIGHBOURS = 8u;
+
+vec3 way_of(uint member) {
+    return vec3(ways[3u * member], ways[3u * member + 1u], ways[3u * member + 2u]);
+}
+
+void main() {
+    uint own = pass.first + gl_GlobalInvocationID.x;
+    if (own >= pass.end) {
+        return;
+    }
+    ExchangePatch here = patches[own];
+    float mean = received[own].x;
+    vec3 gradient = vec3(0.0);
+    for (uint k = 0u; k < NEIGHBOURS; k++) {
+        uvec4 other = neighbours[NEIGHBOURS * own + k];
+        gradient += uintBitsToFloat(other.yzw) * (received[other.x].x - mean);
+    }
+    float most = 0.0;
+    for (uint k = here.first_node; k < here.end_node; k++) {
+        most = max(most, abs(dot(gradient, way_of(k))));
+    }
+    // No flux changes its sign.
+    if (most > abs(mean)) {
+        gradient *= abs(mean) / most;
+    }
+    for (uint k = here.first_node; k < here.end_node; k++) {
+        uint node = members[k].x;
+        on_nodes[8u * (node / 4u) + 4u * here.back + node % 4u] = mean + dot(gradient, way_of(k));
+    }
+}

@@ -1,0 +1,227 @@
+//! How what a patch absorbs differs from node to node: a plane through its flux and the fluxes of the patches around it. Twin: `glsl/exchange_spread.comp`.
+//!
+//! Rays tell one flux of a patch, the mean over its nodes. What arrives changes smoothly over a flat side, so the patches of the same side around it tell a gradient, by least
+//! squares with weights inverse to squared distances. Ways of nodes are counted from the mean place of the patch, so a plane changes no sum: heat stays balanced. No
+//! node differs from the mean by more than the mean itself, so no flux changes its sign.
+//!
+//! How much the flux bends is the error that is left ([`Slopes::errors`]).
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use glam::{DMat3, DVec3, Vec3};
+use rayon::prelude::*;
+
+/// Most neighbours from which the gradient over a patch is taken.
+pub(crate) const NEIGHBOURS: usize = 8;
+/// Part of the trace that is added to a matrix of distances, so that a direction in which neighbours hardly differ has no gradient: a row of patches tells none across itself.
+const FLAT: f64 = 1e-2;
+
+/// Patches among their neighbours. Without any patch, no flux differs within patches.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Slopes {
+    pub(crate) patches: Vec<Slope>,
+    /// Nodes of the patches, each with its share of the patch's area.
+    nodes: Arc<Vec<(u32, f64)>>,
+    /// Way of each of these nodes from the centre of its patch, in the file's pose [m].
+    pub(crate) ways: Vec<Vec3>,
+}
+
+/// A patch among its neighbours.
+#[derive(Debug, Clone)]
+pub(crate) struct Slope {
+    /// Its nodes, as places among all.
+    nodes: Range<usize>,
+    /// Mean squared distance of the nodes from the centre, by area [m2].
+    spread: f64,
+    pub(crate) neighbours: Vec<Neighbour>,
+}
+
+/// A patch of the same side.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Neighbour {
+    /// Its number.
+    pub(crate) patch: u32,
+    /// Way to its centre [m].
+    way: DVec3,
+    /// Vector by which its difference in flux counts for the gradient [1/m].
+    pub(crate) weight: Vec3,
+}
+
+impl Slopes {
+    /// Patches with the numbers of their sides, their centres, and their nodes as places among `nodes`. Positions are of all nodes of the craft, in the file's pose [m].
+    pub(crate) fn new(
+        patches: &[(u32, DVec3, Range<usize>)],
+        nodes: &Arc<Vec<(u32, f64)>>,
+        positions: &[DVec3],
+    ) -> Self {
+        let most = patches.iter().map(|(side, ..)| *side as usize + 1).max().unwrap_or(0);
+        let mut of_sides: Vec<Vec<u32>> = vec![Vec::new(); most];
+        (0..).zip(patches).for_each(|(number, (side, ..))| of_sides[*side as usize].push(number));
+        let ways = |(_, centre, nodes_of): &(u32, DVec3, Range<usize>)| -> Vec<Vec3> {
+            nodes[nodes_of.clone()].iter().map(|(node, _)| (positions[*node as usize] - centre).as_vec3()).collect()
+        };
+        let ways: Vec<Vec3> = patches.iter().flat_map(ways).collect();
+        let slope = |(number, (side, centre, nodes_of)): (usize, &(u32, DVec3, Range<usize>))| {
+            let square = |place: usize| nodes[place].1 * ways[place].as_dvec3().length_squared();
+            let spread = nodes_of.clone().map(square).sum();
+            let others = of_sides[*side as usize].iter().filter(|other| **other as usize != number);
+            let away = |other: &u32| (*other, patches[*other as usize].1 - centre);
+            let near = others.map(away).filter(|(_, way)| way.length_squared() > 0.0).collect();
+            Slope { nodes: nodes_of.clone(), spread, neighbours: neighbours(near, spread) }
+        };
+        let patches = patches.par_iter().enumerate().map(slope).collect();
+        Self { patches, nodes: Arc::clone(nodes), ways }
+    }
+
+    /// What each node of each patch absorbs above the mean of the patch, where patches absorb these fluxes [W/m2]. Empty where none differs.
+    pub(crate) fn differences(&self, absorbed: &[f64]) -> Vec<f64> {
+        let of = |(number, slope): (usize, &Slope)| -> Vec<f64> {
+            let [_, gradient] = self.gradients(slope, absorbed[number], absorbed);
+            self.ways[slope.nodes.clone()].iter().map(|way| gradient.dot(way.as_dvec3())).collect()
+        };
+        self.patches.par_iter().enumerate().flat_map_iter(of).collect()
+    }
+
+    /// Gradient of the flux over a patch [W/m3]: as neighbours tell it, and so that no node differs from the mean [W/m2] by more than the mean.
+    fn gradients(&self, slope: &Slope, mean: f64, absorbed: &[f64]) -> [DVec3; 2] {
+        let apart = |other: &Neighbour| other.weight.as_dvec3() * (absorbed[other.patch as usize] - mean);
+        let told: DVec3 = slope.neighbours.iter().map(apart).sum();
+        let differ = |way: &Vec3| told.dot(way.as_dvec3()).abs();
+        let most = self.ways[slope.nodes.clone()].iter().map(differ).fold(0.0, f64::max);
+        [told, if most > mean.abs() { told * (mean.abs() / most) } else { told }]
+    }
+
+    /// Uncertainty of the flux on the nodes of each patch [W/m2], one standard deviation, where patches absorb these fluxes [W/m2]. Empty where no flux differs.
+    ///
+    /// - Neighbours that lie off the plane tell how much the flux bends. Within a patch it bends less by the square of the distances.
+    /// - At a rim all neighbours lie on one side, so a flux that bends tilts the plane. How gradients differ tells by how much.
+    /// - What was taken off a gradient counts whole.
+    pub(crate) fn errors(&self, absorbed: &[f64]) -> Vec<f64> {
+        let all = self.patches.par_iter().zip(absorbed);
+        let gradients: Vec<[DVec3; 2]> = all.map(|(slope, mean)| self.gradients(slope, *mean, absorbed)).collect();
+        let of = |(number, slope): (usize, &Slope)| {
+            let [told, used] = gradients[number];
+            let tilt =
+                |other: &Neighbour| other.weight.as_dvec3() * other.way.dot(gradients[other.patch as usize][0] - told);
+            let tilt: DVec3 = slope.neighbours.iter().map(tilt).sum();
+            let bend = |other: &Neighbour| {
+                let off = absorbed[other.patch as usize] - absorbed[number] - told.dot(other.way);
+                (off * (slope.spread / other.way.length_squared()).min(1.0)).powi(2)
+            };
+            let bends = slope.neighbours.iter().map(bend).sum::<f64>() / slope.neighbours.len().max(1) as f64;
+            let lost = |place: usize| {
+                let way = self.ways[place].as_dvec3();
+                self.nodes[place].1 * ((told - used).dot(way).powi(2) + tilt.dot(way).powi(2))
+            };
+            (bends + slope.nodes.clone().map(lost).sum::<f64>()).sqrt()
+        };
+        self.patches.par_iter().enumerate().map(of).collect()
+    }
+}
+
+/// The nearest of some patches, with their ways, for a patch of a spread [m2].
+fn neighbours(mut near: Vec<(u32, DVec3)>, spread: f64) -> Vec<Neighbour> {
+    let nearer =
+        |a: &(u32, DVec3), b: &(u32, DVec3)| a.1.length_squared().total_cmp(&b.1.length_squared()).then(a.0.cmp(&b.0));
+    if near.len() > NEIGHBOURS {
+        near.select_nth_unstable_by(NEIGHBOURS, nearer);
+        near.truncate(NEIGHBOURS);
+    }
+    near.sort_unstable_by(nearer);
+    // Patches around the same centre, such as rings, tell no gradient, so a distance counts against the spread of the patch.
+    let weight = |way: DVec3| (way.length_squared() + spread).recip();
+    let square = |(_, way): &(u32, DVec3)| DMat3::from_cols(*way * way.x, *way * way.y, *way * way.z) * weight(*way);
+    let squares = near.iter().map(square).fold(DMat3::ZERO, |sum, one| sum + one);
+    let trace = squares.x_axis.x + squares.y_axis.y + squares.z_axis.z;
+    let inverse = (squares + DMat3::from_diagonal(DVec3::splat((FLAT * trace).max(FLAT)))).inverse();
+    let counted =
+        |(patch, way): (u32, DVec3)| Neighbour { patch, way, weight: (inverse * way * weight(way)).as_vec3() };
+    near.into_iter().map(counted).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Patches along an edge of a plate, and nodes along an edge of a patch.
+    const PATCHES: usize = 6;
+    const NODES: usize = 4;
+
+    /// A plate of 1 m in patches: their slopes, and the places of their nodes, one patch after the other.
+    fn plate() -> (Slopes, Vec<DVec3>) {
+        let at = |patch: usize, node: usize| ((patch * NODES + node) as f64 + 0.5) / (PATCHES * NODES) as f64;
+        let mut positions = Vec::new();
+        let mut patches = Vec::new();
+        for patch in 0..PATCHES * PATCHES {
+            let first = positions.len();
+            let places = (0..NODES * NODES)
+                .map(|node| DVec3::new(at(patch % PATCHES, node % NODES), at(patch / PATCHES, node / NODES), 0.0));
+            positions.extend(places);
+            let own = &positions[first..];
+            patches.push((0, own.iter().sum::<DVec3>() / own.len() as f64, first..positions.len()));
+        }
+        let share = 1.0 / (NODES * NODES) as f64;
+        let nodes = Arc::new((0..positions.len() as u32).map(|node| (node, share)).collect());
+        (Slopes::new(&patches, &nodes, &positions), positions)
+    }
+
+    /// What patches absorb of a flux, the mean over their nodes, and by how much nodes differ from the truth: with slopes, and with uniform patches.
+    fn off(flux: impl Fn(DVec3) -> f64) -> (Vec<f64>, [Vec<f64>; 2]) {
+        let (slopes, positions) = plate();
+        let true_ones: Vec<f64> = positions.iter().map(|at| flux(*at)).collect();
+        let absorbed: Vec<f64> =
+            true_ones.chunks(NODES * NODES).map(|own| own.iter().sum::<f64>() / own.len() as f64).collect();
+        let uniform = |(place, truth): (usize, &f64)| absorbed[place / (NODES * NODES)] - truth;
+        let flat: Vec<f64> = true_ones.iter().enumerate().map(uniform).collect();
+        let sloped = flat.iter().zip(slopes.differences(&absorbed)).map(|(off, differs)| off + differs).collect();
+        (absorbed, [sloped, flat])
+    }
+
+    fn rms(values: &[f64]) -> f64 {
+        (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
+    }
+
+    #[test]
+    fn a_flux_that_changes_evenly_is_right_at_every_node() {
+        let (_, off) = off(|at| 100.0 + 50.0 * at.x - 20.0 * at.y);
+        let [sloped, flat] = off.each_ref().map(|off| rms(off));
+        println!("{sloped:.4} W/m2 rms, {flat:.4} with uniform patches");
+        assert!(sloped < 0.03 * flat && flat > 2.0, "{sloped}, {flat}");
+    }
+
+    #[test]
+    fn no_sum_changes_and_no_flux_its_sign() {
+        let (slopes, _) = plate();
+        // Hot in one corner, and nothing elsewhere.
+        let absorbed: Vec<f64> = (0..PATCHES * PATCHES).map(|patch| if patch < 2 { 300.0 } else { 1.0 }).collect();
+        let differences = slopes.differences(&absorbed);
+        let mut limited = 0;
+        for (own, mean) in differences.chunks(NODES * NODES).zip(&absorbed) {
+            assert!(own.iter().sum::<f64>().abs() < 1e-4, "{own:?}");
+            assert!(own.iter().all(|differs| mean + differs > -1e-4), "{own:?} about {mean}");
+            limited += usize::from(own.iter().any(|differs| mean + differs < 1e-4));
+        }
+        assert!(limited >= 2, "the gradient beside the corner is not limited");
+    }
+
+    #[test]
+    fn the_stated_error_is_that_of_a_flux_that_bends() {
+        let (slopes, _) = plate();
+        let (absorbed, [sloped, flat]) = off(|at| 100.0 + 80.0 * at.x * at.x);
+        let stated = slopes.errors(&absorbed);
+        // The patches at the rim have neighbours on one side, so the plane is steeper or flatter than the flux.
+        for rim in [false, true] {
+            let is_rim = |patch: usize| matches!(patch % PATCHES, 0 | 5) == rim;
+            let of = |off: &[f64]| {
+                let own = off.chunks(NODES * NODES).enumerate().filter(|(patch, _)| is_rim(*patch));
+                rms(&own.flat_map(|(_, own)| own.to_vec()).collect::<Vec<_>>())
+            };
+            let told: Vec<f64> =
+                stated.iter().enumerate().filter(|(patch, _)| is_rim(*patch)).map(|(_, told)| *told).collect();
+            let [truly, uniform] = [&sloped, &flat].map(|off| of(off));
+            println!("rim {rim}: {truly:.4} W/m2 rms, {:.4} stated, {uniform:.4} with uniform patches", rms(&told));
+            assert!(truly < 2.0 * rms(&told) && rms(&told) < 4.0 * truly && truly < 0.5 * uniform);
+        }
+    }
+}
