@@ -1,6 +1,6 @@
 #version 450
 // Flux from other surfaces that the faces of nodes absorb [W/m2]: a plane through the flux of each patch and of the patches around it. One patch an invocation.
-// Twin: `Slopes::differences` of src/exchange/slopes.rs, which says why.
+// Twins: `Slopes::used` and `Slopes::differences` of src/exchange/slopes.rs, which says why.
 
 #include "types.glsl"
 
@@ -11,14 +11,15 @@ layout(set = 0, binding = 0) readonly buffer ExchangePatchesBlock { ExchangePatc
 // Nodes of the patches, each with the bits of its share of the patch.
 layout(set = 0, binding = 1) readonly buffer ExchangeMembersBlock { uvec2 members[]; };
 layout(set = 0, binding = 2) readonly buffer ExchangeReceivedBlock { vec2 received[]; };
-// Eight neighbours of each patch: the place of one, and the bits of the vector by which its difference in flux counts for the gradient [1/m].
+// Neighbours of each patch, as in exchange_gradient.comp. One that is missing counts for nothing.
 layout(set = 0, binding = 3) readonly buffer ExchangeNeighboursBlock { uvec4 neighbours[]; };
+layout(set = 0, binding = 4) readonly buffer ExchangeGradientsBlock { vec4 gradients[]; };
 // Way of each of the members from the centre of its patch [m].
-layout(set = 0, binding = 4) readonly buffer ExchangeWaysBlock { float ways[]; };
+layout(set = 0, binding = 5) readonly buffer ExchangeWaysBlock { float ways[]; };
 // Fronts of four nodes, then their backs.
-layout(set = 0, binding = 5) buffer ExchangeOnNodesBlock { float on_nodes[]; };
+layout(set = 0, binding = 6) buffer ExchangeOnNodesBlock { float on_nodes[]; };
 
-const uint NEIGHBOURS = 8u;
+const uint NEIGHBOURS = uint(EXCHANGE_NEIGHBOURS);
 
 vec3 way_of(uint member) {
     return vec3(ways[3u * member], ways[3u * member + 1u], ways[3u * member + 2u]);
@@ -31,10 +32,16 @@ void main() {
     }
     ExchangePatch here = patches[own];
     float mean = received[own].x;
-    vec3 gradient = vec3(0.0);
-    for (uint k = 0u; k < NEIGHBOURS; k++) {
-        uvec4 other = neighbours[NEIGHBOURS * own + k];
-        gradient += uintBitsToFloat(other.yzw) * (received[other.x].x - mean);
+    vec3 gradient = gradients[own].xyz;
+    float square = dot(gradient, gradient);
+    if (square > 0.0) {
+        vec2 sums = vec2(0.0);
+        for (uint k = 0u; k < NEIGHBOURS; k++) {
+            uvec4 other = neighbours[NEIGHBOURS * own + k];
+            float counts = length(uintBitsToFloat(other.yzw));
+            sums += counts * vec2(1.0, clamp(dot(gradients[other.x].xyz, gradient) / square, 0.0, 1.0));
+        }
+        gradient *= max(2.0 * sums.y / sums.x - 1.0, 0.0);
     }
     float most = 0.0;
     for (uint k = here.first_node; k < here.end_node; k++) {

@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::compile::{self, CompileError};
 use super::reflect::{BlockUse, block_uses};
+use crate::exchange::slopes::NEIGHBOURS;
 use crate::thermal::transition::MOVED;
 
 macro_rules! entry_points {
@@ -27,7 +28,7 @@ macro_rules! texts {
 
 entry_points! {
     "absorbed_heat.comp" "background.frag" "background.vert" "between.comp" "blackbody.comp" "brightness.comp"
-    "cull.comp" "distant.comp" "empty.comp" "exchange_light.comp" "exchange_mirror.comp"
+    "cull.comp" "distant.comp" "empty.comp" "exchange_gradient.comp" "exchange_light.comp" "exchange_mirror.comp"
     "exchange_receive.comp" "exchange_send.comp" "exchange_sky.comp" "exchange_spread.comp" "expose.comp" "gather.comp" "one_pass.comp" "one_pass_heaters.comp"
     "one_pass_stage.comp" "radiance.frag" "radiance.vert" "resample.comp" "response.comp" "sensor_cells.comp"
     "sensor_halo.comp" "sensor_pixel.comp" "sensor_rows.comp" "thermal_step.comp" "traced.comp"
@@ -44,7 +45,7 @@ const INCLUDED: &[(&str, &str)] = texts![
 
 /// Constants that GLSL shares with its twins in f64: preprocessor name and value. A float's `Debug` text is a GLSL
 /// literal.
-const VALUES: &[(&str, f32)] = &[("MOVED", MOVED as f32)];
+const VALUES: &[(&str, f32)] = &[("MOVED", MOVED as f32), ("EXCHANGE_NEIGHBOURS", NEIGHBOURS as f32)];
 
 /// Text of a file in `glsl/`.
 pub(super) fn text_of(file: &str) -> &'static str {

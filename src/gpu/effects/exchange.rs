@@ -64,6 +64,8 @@ resources! {
     /// Neighbours of every patch, and the vectors by which their fluxes count for a gradient.
     NEIGHBOURS = buffer!("ExchangeNeighbours", 16, Storage, |exchange| exchange.tables.neighbours.len())
         .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.neighbours)));
+    /// Gradient of the flux over every patch [W/m3].
+    GRADIENTS = buffer!("ExchangeGradients", 16, Storage, places);
     /// Ways of the nodes of patches from the centre.
     WAYS = buffer!("ExchangeWays", 12, Storage, |exchange| exchange.tables.ways.len())
         .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.ways)));
@@ -152,7 +154,9 @@ pub(crate) fn passes(frame: &mut Frame, exchanged: &Exchanged) {
     frame.pass(pass("exchange_send.comp", &[(light.planet_ir, "planet_ir")]));
     frame.wait([done(&SENT), free(&RECEIVED)]);
     frame.pass(pass("exchange_receive.comp", &[(light.sun, "sun")]));
-    frame.wait([done(&RECEIVED), free(&ON_NODES)]);
+    frame.wait([done(&RECEIVED), free(&GRADIENTS)]);
+    frame.pass(pass("exchange_gradient.comp", &[]));
+    frame.wait([done(&GRADIENTS), free(&ON_NODES)]);
     frame.pass(pass("exchange_spread.comp", &[]));
     frame.wait([done(&ON_NODES)]);
 }
