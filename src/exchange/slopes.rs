@@ -231,17 +231,10 @@ mod tests {
     /// A wall that is hidden from one half of the plate: uniform patches are exact, and a plane through the jump is not.
     #[test]
     fn a_jump_between_patches_hardly_tilts_them() {
-        let (absorbed, [sloped, _]) = off(|at| if at.x < 0.5 { 100.0 } else { 20.0 });
-        let (slopes, _) = plate();
-        let told = slopes.gradients(&absorbed);
-        let whole: Vec<f64> = slopes
-            .patches
-            .iter()
-            .zip(&told)
-            .flat_map(|(slope, told)| slopes.ways[slope.nodes.clone()].iter().map(|way| told.dot(way.as_dvec3())))
-            .collect();
-        println!("{:.2} W/m2 rms, {:.2} by all that neighbours tell", rms(&sloped), rms(&whole));
-        assert!(rms(&sloped) < 0.35 * rms(&whole), "{} of {}", rms(&sloped), rms(&whole));
+        let (_, [sloped, _]) = off(|at| if at.x < 0.5 { 100.0 } else { 20.0 });
+        println!("{:.2} W/m2 rms", rms(&sloped));
+        // With all that neighbours tell, 6.2.
+        assert!(rms(&sloped) < 2.0, "{}", rms(&sloped));
     }
 
     #[test]

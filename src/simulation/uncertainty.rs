@@ -306,7 +306,7 @@ impl<'a> Uncertainty<'a> {
         let corners: Vec<(f64, f64)> = (0..self.surface.corners.len()).into_par_iter().map(carried).collect();
         let lines = lines::lines(self.prepared, temperatures);
         let turns = self.turns(load.start, length);
-        let corrected_time = self.exchange.as_ref().map_or(0.0, |exchange| exchange.corrected_time(length));
+        let held_time = self.exchange.as_ref().map_or(0.0, ExchangeErrors::held_time);
         let carried = |node: usize| {
             let before = &self.state.nodes[node];
             let balance = self.balance_of_node(node, 0.0, temperatures);
@@ -321,14 +321,16 @@ impl<'a> Uncertainty<'a> {
             let [alike_kept, alike_gained] = self.balance_of_node(node, exchanged.area, temperatures).passed(length);
             let alone = self.balance_of_node(node, f64::INFINITY, temperatures);
             let [late_kept, late_gained] = alone.passed(length);
-            let corrected = exchanged.corrected * alone.passed(corrected_time)[1];
+            let corrected = exchanged.corrected * alone.passed((held_time - length).max(0.0))[1];
+            let (held_rate, held_slope) = alone.rate(held_time);
+            let rising = exchanged.rising / held_slope * within_step(held_rate);
             let temperature = f64::from(temperatures[node]);
             NodeErrors {
                 steps: before.steps * kept + change / slope * within_step(rate),
                 held: before.held * kept + held * gained,
                 exchange: before.exchange * kept + exchanged.own * gained,
                 alike: before.alike * alike_kept + exchanged.alike * alike_gained,
-                late: (before.late + corrected) * late_kept + exchanged.late * late_gained,
+                late: (before.late + corrected) * late_kept + exchanged.late * late_gained + rising,
                 lines: lines.get(node).map_or(0.0, |line| line * balance.conducted_share()),
                 rounding: (before.rounding * kept).hypot(ROUNDING * temperature),
             }

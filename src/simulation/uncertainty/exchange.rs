@@ -53,6 +53,8 @@ pub(super) struct ExchangeErrorState {
     /// value before.
     late: Vec<f64>,
     corrected: Vec<f64>,
+    /// Change over the last time for which infrared was held of the flux that a patch would absorb of the true emission [W/m2]. Empty but in the step that ends this time.
+    rising: Vec<f64>,
     /// Half of the difference between what each node absorbs and what the nodes beside it absorb [W/m2].
     lines: Vec<f64>,
     /// Findings of infrared, and the sum of what patches absorbed in the last estimate [W/m2].
@@ -71,8 +73,10 @@ pub(super) struct NodeFluxError {
     pub(super) area: f64,
     /// Lack by late arrival, with its sign [W/m2].
     pub(super) late: f64,
-    /// What was missing in this lack [W/m2], for the time [`ExchangeErrors::corrected_time`] before the present step.
+    /// What was missing in this lack [W/m2], for the time before the present step for which infrared was held.
     pub(super) corrected: f64,
+    /// Change of the flux over the time for which infrared was held, in the step that ends this time [W/m2].
+    pub(super) rising: f64,
 }
 
 impl ExchangeErrors {
@@ -99,6 +103,7 @@ impl ExchangeErrors {
         lit: &Lit,
     ) {
         self.state.corrected.clear();
+        self.state.rising.clear();
         let turned = self.turn(&load.joints);
         let due = self.renewal.due(load, 1.0, self.state.absorbed.is_empty());
         let Some(exchange) = self.casts.last().filter(|_| due != Due::Nothing) else { return };
@@ -113,6 +118,7 @@ impl ExchangeErrors {
             let last = now.iter().zip(&self.state.at_start).zip(&self.state.absorbed).map(lack).collect();
             let told = std::mem::replace(&mut self.state.late, last);
             self.state.corrected = self.state.late.iter().zip(told).map(|(now, told)| now - told).collect();
+            self.state.rising = now.iter().zip(&self.state.at_start).map(|(now, before)| now - before).collect();
         }
         let mut held = None;
         if due == Due::All {
@@ -220,13 +226,14 @@ impl ExchangeErrors {
                 area: both.area.max(self.craft.patches.all[*patch as usize].area),
                 late: both.late + of_patch(&self.state.late),
                 corrected: both.corrected + of_patch(&self.state.corrected),
+                rising: both.rising + of_patch(&self.state.rising),
             }
         })
     }
 
-    /// Time before a step of a length [s] for which the last infrared was held [s].
-    pub(super) fn corrected_time(&self, length: f64) -> f64 {
-        (self.renewal.held - length).max(0.0)
+    /// Time for which the last infrared was held [s].
+    pub(super) fn held_time(&self) -> f64 {
+        self.renewal.held
     }
 
     pub(super) fn save(&self) -> ExchangeErrorState {

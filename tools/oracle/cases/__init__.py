@@ -1,6 +1,6 @@
 """The cases, in the order in which they run."""
 
-from . import abutting, comb, eclipse, floor_wall, hinge, hole, slab, station_cut, tube, wedge
+from . import abutting, comb, eclipse, floor_wall, hinge, hole, sandwich, slab, station_cut, tube, wedge
 
 ALL = [
     *abutting.CASES,
@@ -11,6 +11,7 @@ ALL = [
     *hole.CASES,
     *floor_wall.CASES,
     *wedge.CASES,
+    *sandwich.CASES,
     *hinge.CASES,
     *station_cut.CASES,
 ]
