@@ -53,7 +53,8 @@ pub(super) struct ExchangeErrorState {
     /// value before.
     late: Vec<f64>,
     corrected: Vec<f64>,
-    /// Change over the last time for which infrared was held of the flux that a patch would absorb of the true emission [W/m2]. Empty but in the step that ends this time.
+    /// Change over the last time for which infrared was held of the flux that a patch would absorb of the true emission [W/m2]. Empty but in the step that ends this time, so no saved state needs it.
+    #[serde(skip)]
     rising: Vec<f64>,
     /// Half of the difference between what each node absorbs and what the nodes beside it absorb [W/m2].
     lines: Vec<f64>,
