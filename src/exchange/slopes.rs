@@ -96,7 +96,7 @@ impl Slopes {
         self.patches.par_iter().zip(absorbed).map(told).collect()
     }
 
-    /// Gradient over a patch [W/m3] as it counts: as far as the neighbours' gradients agree, and so that no node differs from the mean by more than the mean.
+    /// The gradient of a patch [W/m3], less what its neighbours do not confirm. It is limited so that no node differs from the mean by more than the mean.
     fn used(&self, number: usize, told: &[DVec3], absorbed: &[f64]) -> DVec3 {
         let (slope, own) = (&self.patches[number], told[number]);
         let square = own.length_squared();
