@@ -8,22 +8,16 @@ layout(local_size_x = 64) in;
 
 layout(push_constant) uniform PassBlock { ExchangePass pass; };
 layout(set = 0, binding = 0) readonly buffer ExchangePatchesBlock { ExchangePatch patches[]; };
-// Nodes of the patches, each with the bits of its share of the patch.
-layout(set = 0, binding = 1) readonly buffer ExchangeMembersBlock { uvec2 members[]; };
-layout(set = 0, binding = 2) readonly buffer ExchangeReceivedBlock { vec2 received[]; };
+layout(set = 0, binding = 1) readonly buffer ExchangeReceivedBlock { vec2 received[]; };
 // Neighbours of each patch, as in exchange_gradient.comp. One that is missing counts for nothing.
-layout(set = 0, binding = 3) readonly buffer ExchangeNeighboursBlock { uvec4 neighbours[]; };
-layout(set = 0, binding = 4) readonly buffer ExchangeGradientsBlock { vec4 gradients[]; };
-// Way of each of the members from the centre of its patch [m].
-layout(set = 0, binding = 5) readonly buffer ExchangeWaysBlock { float ways[]; };
+layout(set = 0, binding = 2) readonly buffer ExchangeNeighboursBlock { uvec4 neighbours[]; };
+layout(set = 0, binding = 3) readonly buffer ExchangeGradientsBlock { vec4 gradients[]; };
+// Nodes of the patches: the bits of the way of each from the centre of its patch [m], and its number.
+layout(set = 0, binding = 4) readonly buffer ExchangeWaysBlock { uvec4 ways[]; };
 // Fronts of four nodes, then their backs.
-layout(set = 0, binding = 6) buffer ExchangeOnNodesBlock { float on_nodes[]; };
+layout(set = 0, binding = 5) buffer ExchangeOnNodesBlock { float on_nodes[]; };
 
 const uint NEIGHBOURS = uint(EXCHANGE_NEIGHBOURS);
-
-vec3 way_of(uint member) {
-    return vec3(ways[3u * member], ways[3u * member + 1u], ways[3u * member + 2u]);
-}
 
 void main() {
     uint own = pass.first + gl_GlobalInvocationID.x;
@@ -43,16 +37,13 @@ void main() {
         }
         gradient *= max(2.0 * sums.y / sums.x - 1.0, 0.0);
     }
-    float most = 0.0;
-    for (uint k = here.first_node; k < here.end_node; k++) {
-        most = max(most, abs(dot(gradient, way_of(k))));
-    }
     // No flux changes its sign.
+    float most = length(gradient) * here.radius;
     if (most > abs(mean)) {
         gradient *= abs(mean) / most;
     }
     for (uint k = here.first_node; k < here.end_node; k++) {
-        uint node = members[k].x;
-        on_nodes[8u * (node / 4u) + 4u * here.back + node % 4u] = mean + dot(gradient, way_of(k));
+        uvec4 way = ways[k];
+        on_nodes[8u * (way.w / 4u) + 4u * here.back + way.w % 4u] = mean + dot(gradient, uintBitsToFloat(way.xyz));
     }
 }

@@ -163,6 +163,7 @@ struct ExchangePatch {
     float exposed;
     uint back;
     float cooling;
+    float radius;
 };
 
 struct ExchangePass {

@@ -20,7 +20,7 @@ use crate::output::folder::Folder;
 /// Measure how far a scene's settings are from convergence, by finer runs that trust no estimate.
 ///
 /// Each setting that the scene has is refined by itself, then all at once: edges of the mesh / 2, samples of light x 4 (spacing / 2) and the turn before
-/// light is found anew / 4 with [shadows]; rays x 4, patches / 2, hold 0 and the turn before light is computed anew / 4 with [exchange]; the step / 2; and
+/// light is found anew / 4 with [shadows]; rays x 4, patches / 2, hold / 2 and the turn before light is computed anew / 4 with [exchange]; the step / 2; and
 /// the accurate integrator of a network. The table has the change of the pixels by each setting, their difference from all settings finer, and the
 /// cost of a step. Only pixels that show the same part in both runs count.
 ///

@@ -16,7 +16,7 @@ pub(crate) struct Knob {
     /// The key in a scene file.
     pub(crate) key: &'static str,
     /// Error of the finer setting as a share of the change that the refinement made. Halved lengths count as order 1, which gives 1. A quarter of an angle
-    /// of order 1 gives 1/3. Noise of four times as many rays is half as large, which gives 1/2 at most. A setting without a finer one gives 0.
+    /// of order 1 gives 1/3, and so does a half of a length of order 2. Noise of four times as many rays is half as large, which gives 1/2 at most. A setting without a finer one gives 0.
     pub(crate) left: f64,
     kind: Kind,
 }
@@ -45,7 +45,7 @@ pub(crate) static KNOBS: [Knob; 9] = [
         left: 1.0,
         kind: Scaled(0.5, |scene| scene.exchange.as_mut()?.patch_edge.as_mut()),
     },
-    Knob { key: "exchange.hold", left: 0.0, kind: Scaled(0.0, |scene| scene.exchange.as_mut()?.hold.as_mut()) },
+    Knob { key: "exchange.hold", left: 1.0 / 3.0, kind: Scaled(0.5, |scene| scene.exchange.as_mut()?.hold.as_mut()) },
     Knob {
         key: "exchange.redraw_angle_deg",
         left: 1.0 / 3.0,

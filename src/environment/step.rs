@@ -30,6 +30,8 @@ pub struct StepLoads {
     tumbles: bool,
     /// Length down to which a step is halved where the eclipse begins or ends in it [s]. Infinite where no surface needs that.
     shortest_part: f64,
+    /// Length down to which a step of the scene is halved in any case [s].
+    longest_part: f64,
 }
 
 /// Fields, whose tables are made when they are needed. Copies of the loads share them.
@@ -77,6 +79,7 @@ impl StepLoads {
             joints: Joints::default(),
             tumbles: *attitude == Attitude::Tumble,
             shortest_part: f64::INFINITY,
+            longest_part: f64::INFINITY,
         })
     }
 
@@ -99,9 +102,14 @@ impl StepLoads {
         Self { shortest_part, ..self }
     }
 
+    /// Has every step of the scene halved down to a length [s].
+    pub(crate) fn with_parts_up_to(self, longest_part: f64) -> Self {
+        Self { longest_part, ..self }
+    }
+
     /// Has steps halved as with other loads of the same sky, so that two runs can be compared step by step.
     pub(crate) fn take_parts_of(&mut self, other: &Self) {
-        self.shortest_part = other.shortest_part;
+        (self.shortest_part, self.longest_part) = (other.shortest_part, other.longest_part);
     }
 
     /// Takes the albedo tables of loads at the same distance, which hang on nothing else.
@@ -116,8 +124,12 @@ impl StepLoads {
         }
     }
 
-    /// Whether the step from `start` to `end` [s] is to be halved, because the eclipse begins or ends in it and a surface stores too little heat for its mean load.
-    pub(crate) fn needs_halves(&self, start: f64, end: f64) -> bool {
+    /// Whether the interval of `steps` steps from `start` to `end` [s] is to be halved: because a step of the scene is taken in parts, or because the eclipse begins or ends in it and a surface
+    /// stores too little heat for its mean load.
+    pub(crate) fn needs_halves(&self, start: f64, end: f64, steps: f64) -> bool {
+        if self.is_always_halved(end - start, steps) {
+            return true;
+        }
         let in_penumbra = || {
             let lit = self.sky.lit_fraction(0.5 * (start + end));
             0.0 < lit && lit < 1.0
@@ -125,6 +137,11 @@ impl StepLoads {
         end - start > self.shortest_part * (1.0 + ROUNDING)
             && self.environment.solar_constant.is_some()
             && (in_penumbra() || !self.sky.contacts(start, end).is_empty())
+    }
+
+    /// Whether an interval of a length [s], of `steps` steps, is halved wherever it lies. Only a step of the scene, or a part of it, can be.
+    pub(crate) fn is_always_halved(&self, length: f64, steps: f64) -> bool {
+        steps <= 1.0 && length > self.longest_part * (1.0 + ROUNDING)
     }
 
     /// Takes the next place of the craft from outside, at the present time `now` [s]. The first one ends the scene's own orbit and attitude.

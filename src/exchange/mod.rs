@@ -17,6 +17,7 @@ pub(crate) mod directions;
 pub(crate) mod errors;
 pub(crate) mod factors;
 pub(crate) mod for_light;
+pub(crate) mod hold;
 pub(crate) mod jointed_rays;
 pub(crate) mod lead;
 pub(crate) mod mirrors;

@@ -5,7 +5,7 @@
 //! squares with weights inverse to squared distances. Ways of nodes are counted from the mean place of the patch, so a plane changes no sum: heat stays balanced.
 //!
 //! Fluxes jump at the edge of what hides a wall, and no plane follows a jump. There gradients change from patch to patch. So a gradient counts by the part of it in which its
-//! neighbours' gradients agree, less the part in which they do not. No node differs from the mean by more than the mean itself, so no flux changes its sign.
+//! neighbours' gradients agree, less the part in which they do not. Its node that is farthest from the centre can not differ from the mean by more than the mean itself, so no flux changes its sign.
 //!
 //! How much the flux bends is the error that is left ([`Slopes::errors`]).
 
@@ -37,6 +37,8 @@ pub(crate) struct Slope {
     nodes: Range<usize>,
     /// Mean squared distance of the nodes from the centre, by area [m2].
     spread: f64,
+    /// Way of the farthest node from the centre [m].
+    pub(crate) radius: f64,
     pub(crate) neighbours: Vec<Neighbour>,
 }
 
@@ -68,10 +70,12 @@ impl Slopes {
         let slope = |(number, (side, centre, nodes_of)): (usize, &(u32, DVec3, Range<usize>))| {
             let square = |place: usize| nodes[place].1 * ways[place].as_dvec3().length_squared();
             let spread = nodes_of.clone().map(square).sum();
+            let farthest = ways[nodes_of.clone()].iter().map(|way| way.length_squared()).fold(0.0, f32::max);
+            let radius = f64::from(farthest).sqrt();
             let others = of_sides[*side as usize].iter().filter(|other| **other as usize != number);
             let away = |other: &u32| (*other, patches[*other as usize].1 - centre);
             let near = others.map(away).filter(|(_, way)| way.length_squared() > 0.0).collect();
-            Slope { nodes: nodes_of.clone(), spread, neighbours: neighbours(near, spread) }
+            Slope { nodes: nodes_of.clone(), spread, radius, neighbours: neighbours(near, spread) }
         };
         let patches = patches.par_iter().enumerate().map(slope).collect();
         Self { patches, nodes: Arc::clone(nodes), ways }
@@ -96,7 +100,7 @@ impl Slopes {
         self.patches.par_iter().zip(absorbed).map(told).collect()
     }
 
-    /// The gradient of a patch [W/m3], less what its neighbours do not confirm. It is limited so that no node differs from the mean by more than the mean.
+    /// The gradient of a patch [W/m3], less what its neighbours do not confirm. It is limited so that no node can differ from the mean by more than the mean.
     fn used(&self, number: usize, told: &[DVec3], absorbed: &[f64]) -> DVec3 {
         let (slope, own) = (&self.patches[number], told[number]);
         let square = own.length_squared();
@@ -109,8 +113,7 @@ impl Slopes {
         };
         let sums = slope.neighbours.iter().map(agrees).fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
         let gradient = own * (2.0 * sums.1 / sums.0 - 1.0).max(0.0);
-        let differ = |way: &Vec3| gradient.dot(way.as_dvec3()).abs();
-        let most = self.ways[slope.nodes.clone()].iter().map(differ).fold(0.0, f64::max);
+        let most = gradient.length() * slope.radius;
         let mean = absorbed[number].abs();
         if most > mean { gradient * (mean / most) } else { gradient }
     }

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use super::balance_sides::sides_of;
 use super::cast::{INSIDE, SPACE, Scenery, cast_rays};
 use super::directions::evenness;
+use super::hold::together;
 use super::patches::{Gathered, NONE, PatchSurface, Patches, bin};
 use super::slopes::Slopes;
 use super::sparse::SparseRow;
@@ -43,6 +44,8 @@ const ONE_PLACE: f64 = 1e-6;
 pub struct NodeViews {
     /// The file's pose is the first.
     poses: Vec<PoseViews>,
+    /// How fast surfaces that see each other act on each other, over the third power of temperature [1/(s K3)]. One in a hundred of the area may be faster.
+    pub(crate) together: f64,
 }
 
 /// What the faces of nodes see in a pose.
@@ -73,6 +76,7 @@ impl NodeViews {
             })
             .collect();
         let surfaces = sides.len() + INNER as usize + 1;
+        let cooling_and_area: Vec<[f64; 2]> = faces.all.iter().map(|face| [face.cooling, face.area]).collect();
         let views = |poses: &[DAffine3]| {
             let ends = cast_rays(surface, &faces, &Scenery::new(surface, poses), rays as u32, 0..count as u32);
             let row = |ends: &[u32]| -> SparseRow {
@@ -88,10 +92,11 @@ impl NodeViews {
             let rows: Vec<SparseRow> = ends.par_chunks(rays).map(row).collect();
             let of_face = |face: &u32| if *face == NONE { SparseRow::new() } else { rows[*face as usize].clone() };
             let seen = faces.of_node.iter().map(|faces| [of_face(&faces[0]), of_face(&faces[1])]).collect();
-            PoseViews { seen, surfaces, rays }
+            (PoseViews { seen, surfaces, rays }, together(&cooling_and_area, &ends, rays))
         };
         let poses = std::iter::once(&[][..]).chain(others.iter().map(Vec::as_slice));
-        Self { poses: poses.map(views).collect() }
+        let (poses, together): (_, Vec<f64>) = poses.map(views).unzip();
+        Self { poses, together: together.into_iter().fold(0.0, f64::max) }
     }
 
     /// Whether the front and the back of each node see mostly inner faces, in the file's pose.

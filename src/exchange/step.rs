@@ -34,12 +34,6 @@ use crate::thermal::misfit::{Misfit, check_length};
 use crate::thermal::received::{FaceLoad, PlanetShares};
 use crate::trace::span;
 
-/// Most time for which infrared is held where a scene states none [s].
-const HOLD: f64 = 60.0;
-/// Part of the least time constant of radiation for which it is held then, and the temperature of this constant [K].
-const HOLD_OF_FASTEST: f64 = 0.5;
-const AT_TEMPERATURE: f64 = 300.0;
-
 /// How the rays and reflections of a scene are found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExchangeSettings {
@@ -53,19 +47,8 @@ pub struct ExchangeSettings {
     pub redraw_angle: f64,
     /// Whether patches mirror sunlight once, instead of reflecting all of it diffusely.
     pub specular_sunlight: bool,
-    /// Time for which the infrared that patches exchange is held [s], and so the light while little turns. `None` follows the fastest patch.
+    /// Time for which the infrared that patches exchange is held [s], and so the light while little turns. `None` follows how fast patches cool ([`super::hold`]).
     pub hold: Option<f64>,
-}
-
-impl ExchangeSettings {
-    /// Time for which the infrared of patches is held [s]: the stated one, or 60 s and at most half of the least time constant by which a patch with a heat capacity cools, at 300 K.
-    pub(crate) fn hold_of(&self, patches: &[Patch]) -> f64 {
-        let fastest =
-            patches.iter().map(|patch| patch.cooling).filter(|cooling| cooling.is_finite()).fold(0.0, f64::max);
-        let half = HOLD_OF_FASTEST / (fastest * AT_TEMPERATURE.powi(3));
-        // To a tenth of a second, as it is told.
-        self.hold.unwrap_or_else(|| HOLD.min((10.0 * half).floor() / 10.0))
-    }
 }
 
 impl Default for ExchangeSettings {

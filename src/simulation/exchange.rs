@@ -13,6 +13,7 @@ use crate::environment::shadow::Lit;
 use crate::exchange::bundles::SkyBundles;
 use crate::exchange::cast::Scenery;
 use crate::exchange::defects::Defects;
+use crate::exchange::hold;
 use crate::exchange::jointed_rays::JointedRays;
 use crate::exchange::lead::Lead;
 use crate::exchange::mirrors::Mirrors;
@@ -52,6 +53,8 @@ pub struct ExchangeCraft {
     pub(crate) every: f64,
     /// Length of a step [s].
     step: f64,
+    /// Longest part in which a step is taken, so that infrared is held for no longer [s].
+    pub(crate) longest_part: f64,
     /// Angle after which the light of Sun and planet is found anew [rad].
     pub light_angle: f64,
     in_use: ExchangesInUse,
@@ -99,13 +102,18 @@ impl ExchangeCraft {
         }
         let what = || format!("exchange of {} patches with {} rays each", patches.all.len(), settings.rays);
         check_memory((rays * size_of::<u32>()) as u64, what).map_err(|error| error.to_string())?;
-        let hold = settings.hold_of(&patches.all);
+        let hold = settings
+            .hold
+            .unwrap_or_else(|| hold::chosen(patches.all.iter().map(|patch| patch.cooling), views.together, step));
         let settings = ExchangeSettings { hold: Some(hold), ..settings };
+        let longest_part = hold::longest_part(hold, step);
+        let every = if longest_part < step { longest_part / step } else { hold::whole_steps(hold, step) };
         let mirrors = settings.specular_sunlight.then(|| Mirrors::new(&surface, &patches, settings.rays)).flatten();
         Ok(Self {
             defects: Defects::of(&surface, materials),
-            every: hold / step,
+            every,
             step,
+            longest_part,
             light_angle: LIGHT * settings.redraw_angle,
             mirrors: mirrors.map(Arc::new),
             surface,
@@ -130,6 +138,11 @@ impl ExchangeCraft {
             return Arc::clone(self);
         }
         Arc::new(Self { patches, like: Some(Arc::clone(self)), ..(**self).clone() })
+    }
+
+    /// Most time for which infrared is held [s].
+    pub(crate) fn longest_hold(&self) -> f64 {
+        self.settings.hold.unwrap_or_default().max(self.longest_part)
     }
 
     /// Warnings for the user before the run.

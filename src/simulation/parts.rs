@@ -1,5 +1,6 @@
 //! The parts of a step. A step in which the eclipse begins or ends is halved, again and again around the penumbra, where a surface stores so little
-//! heat that the mean load of the whole step would not do (docs/numerics.md 3).
+//! heat that the mean load of the whole step would not do (docs/numerics.md 3). All steps are halved where surfaces that see each other cool so fast that infrared
+//! must not be held for a step (docs/numerics.md 4a).
 //!
 //! Halves keep the lengths of parts few. A network in one pass has a plan for each length.
 
@@ -24,9 +25,18 @@ impl Passing {
         parts
     }
 
+    /// Number of equal parts in which the step is taken wherever it lies.
+    pub(crate) fn equal_parts(self, loads: &StepLoads) -> u32 {
+        let is_halved = |parts: &u32| {
+            let share = f64::from(*parts).recip();
+            loads.is_always_halved(share * (self.end - self.start), share * self.steps)
+        };
+        std::iter::successors(Some(1), |parts| Some(2 * parts)).find(|parts| !is_halved(parts)).unwrap_or(1)
+    }
+
     fn divide(self, loads: &StepLoads, parts: &mut Vec<Self>) {
         let Self { start, end, steps } = self;
-        if !loads.needs_halves(start, end) {
+        if !loads.needs_halves(start, end, steps) {
             parts.push(self);
             return;
         }
@@ -93,6 +103,16 @@ mod tests {
         for part in orbit(&loads, 90.0, 6.0) {
             let whole = (part.steps.fract() == 0.0) && part.steps >= 1.0;
             assert!(whole || part.steps == 0.5, "{part:?}");
+        }
+    }
+
+    #[test]
+    fn all_steps_of_the_scene_are_halved_and_coarse_ones_are_not() {
+        let loads = loads(false).with_parts_up_to(3.75);
+        assert!(orbit(&loads, 15.0, 1.0).iter().all(|part| part.steps == 0.25));
+        assert!(orbit(&loads, 90.0, 6.0).iter().all(|part| part.steps == 6.0));
+        for (length, steps, parts) in [(15.0, 1.0, 4), (7.0, 7.0 / 15.0, 2), (3.0, 0.2, 1), (90.0, 6.0, 1)] {
+            assert_eq!(Passing { start: 0.0, end: length, steps }.equal_parts(&loads), parts, "{length}");
         }
     }
 

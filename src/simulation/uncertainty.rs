@@ -83,6 +83,8 @@ pub(crate) struct UncertaintyState {
     /// Change of each node's light by the last finding [W/m2].
     jumps: Vec<f64>,
     nodes: Vec<NodeErrors>,
+    /// Temperature of each node at the end of the last step [K], where steps are taken in equal parts.
+    temperatures: Vec<f32>,
     /// What each node radiates more for each kelvin [W/K].
     radiated: Vec<f64>,
     exchange: Option<ExchangeErrorState>,
@@ -214,8 +216,27 @@ impl<'a> Uncertainty<'a> {
 
     /// Takes the temperatures [K] at the end of a step.
     pub(crate) fn pass(&mut self, passing: Passing, temperatures: &[f32]) {
-        let load = self.prepared.loads.step_load(passing.start, passing.end);
-        self.advance(&load, passing.steps * self.prepared.scene.time.step, temperatures);
+        let parts = passing.equal_parts(&self.prepared.loads);
+        let before = std::mem::take(&mut self.state.temperatures);
+        let steps = passing.steps / f64::from(parts);
+        let length = (passing.end - passing.start) / f64::from(parts);
+        for part in 0..parts {
+            let start = passing.start + f64::from(part) * length;
+            let load = self.prepared.loads.step_load(start, start + length);
+            let share = (part + 1) as f32 / parts as f32;
+            // A straight line leads to temperatures within the step. Without earlier ones all parts have those of its end.
+            let on_the_way = |(before, end): (&f32, &f32)| before + share * (end - before);
+            let within: Vec<f32> = before.iter().zip(temperatures).map(on_the_way).collect();
+            let within = if before.is_empty() { temperatures } else { &within };
+            self.advance(&load, steps, steps * self.prepared.scene.time.step, within);
+        }
+        self.keep_for_parts(parts, temperatures);
+    }
+
+    fn keep_for_parts(&mut self, parts: u32, temperatures: &[f32]) {
+        if parts > 1 {
+            self.state.temperatures = temperatures.to_vec();
+        }
     }
 
     /// Finds the errors at the start of a run, from the orbit before it where the run has one, with the temperatures of the start. Errors of a saved state stay.
@@ -229,17 +250,20 @@ impl<'a> Uncertainty<'a> {
             self.pass_orbit(now, temperatures);
         } else if scene.initial == Initial::Balance {
             let load = self.prepared.loads.step_load(now, now);
-            self.advance(&load, f64::INFINITY, temperatures);
+            self.advance(&load, 1.0, f64::INFINITY, temperatures);
             self.state.nodes.iter_mut().for_each(|node| node.steps = 0.0);
         }
         let load = self.prepared.loads.step_load(now, now);
         self.find_light(&load);
+        let first = Passing { start: now, end: now + scene.time.step, steps: 1.0 };
+        let parts = first.equal_parts(&self.prepared.loads);
         if let Some(exchange) = self.exchange.as_mut().filter(|exchange| exchange.is_fresh()) {
-            exchange.take(&load, temperatures, |_| 0.0, &self.state.lit);
+            exchange.take(&load, 1.0 / f64::from(parts), temperatures, |_| 0.0, &self.state.lit);
         }
         self.state.fluxes = self.absorbed(&load).nodes;
         self.state.jumps.fill(0.0);
         self.state.nodes.iter_mut().for_each(|node| node.late = 0.0);
+        self.keep_for_parts(parts, temperatures);
     }
 
     /// Carries the errors through the orbit before the run.
@@ -265,13 +289,13 @@ impl<'a> Uncertainty<'a> {
             };
             mean.par_iter_mut().enumerate().for_each(add);
         }
-        self.advance(&loads[0], f64::INFINITY, temperatures);
+        self.advance(&loads[0], 1.0, f64::INFINITY, temperatures);
         let settled = |(number, [drive, spread]): (usize, &[f64; 2])| {
             let (deviation, [_, gained]) = self.balance(number, temperatures).deviation(0.0, *drive, f64::INFINITY);
             (deviation, spread * gained)
         };
         (self.state.deviations, self.state.spreads) = mean.par_iter().enumerate().map(settled).unzip();
-        loads.iter().for_each(|load| self.advance(load, length, temperatures));
+        loads.iter().for_each(|load| self.advance(load, 1.0, length, temperatures));
         self.state.nodes.iter_mut().for_each(|node| (node.steps, node.held) = (0.0, 0.0));
     }
 
@@ -285,8 +309,8 @@ impl<'a> Uncertainty<'a> {
         true
     }
 
-    /// Carries all errors through a step of a length [s], which ends at these temperatures [K].
-    fn advance(&mut self, load: &StepLoad, length: f64, temperatures: &[f32]) {
+    /// Carries all errors through an interval of `steps` steps and a length [s], which ends at these temperatures [K].
+    fn advance(&mut self, load: &StepLoad, steps: f64, length: f64, temperatures: &[f32]) {
         let held = self.absorbed(load);
         let is_found = self.find_light(load);
         let absorbed = if is_found { self.absorbed(load) } else { held.clone() };
@@ -295,7 +319,7 @@ impl<'a> Uncertainty<'a> {
                 held.nodes.iter().zip(&absorbed.nodes).map(|(held, found)| (found - held).abs()).collect();
         }
         if let Some(exchange) = &mut self.exchange {
-            exchange.take(load, temperatures, |node| self.state.nodes[node].late, &self.state.lit);
+            exchange.take(load, steps, temperatures, |node| self.state.nodes[node].late, &self.state.lit);
         }
         let carried = |number: usize| {
             let balance = self.balance(number, temperatures);

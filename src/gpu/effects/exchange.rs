@@ -66,8 +66,8 @@ resources! {
         .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.neighbours)));
     /// Gradient of the flux over every patch [W/m3].
     GRADIENTS = buffer!("ExchangeGradients", 16, Storage, places);
-    /// Ways of the nodes of patches from the centre.
-    WAYS = buffer!("ExchangeWays", 12, Storage, |exchange| exchange.tables.ways.len())
+    /// Ways of the nodes of patches from the centre, and the nodes.
+    WAYS = buffer!("ExchangeWays", 16, Storage, |exchange| exchange.tables.ways.len())
         .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.ways)));
     /// Flux from other patches that the fronts of four nodes absorb [W/m2], then their backs.
     ON_NODES = Resource::new("ExchangeOnNodes", PAIRS, Storage, Per::Node, faces_of)

@@ -39,8 +39,8 @@ shared! {
         pub(crate) back: u32,
         /// How fast its material cools [1/(s K3)].
         pub(crate) cooling: f32,
-        /// Rounds the size up to whole vectors.
-        pub(crate) unused: f32,
+        /// Way of its farthest node from its centre [m]. 0 where fluxes do not differ within patches.
+        pub(crate) radius: f32,
     }
 
     /// Push constants of a pass over patches.

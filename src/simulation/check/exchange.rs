@@ -203,7 +203,7 @@ impl ExchangeCheck {
                 size.told(),
                 left_out.told(),
                 held.told(),
-                self.craft.settings.hold_of(&self.craft.patches.all)
+                self.craft.longest_hold()
             )
         })
     }

@@ -95,10 +95,11 @@ impl ExchangeErrors {
         self.state.absorbed.is_empty()
     }
 
-    /// Takes a step that ends at temperatures [K], with the lit area of each node. `late` is how much colder than the truth a node is by infrared that arrives late [K].
+    /// Takes an interval of `steps` steps that ends at temperatures [K], with the lit area of each node. `late` is how much colder than the truth a node is by infrared that arrives late [K].
     pub(super) fn take(
         &mut self,
         load: &StepLoad,
+        steps: f64,
         temperatures: &[f32],
         late: impl Fn(usize) -> f64 + Sync,
         lit: &Lit,
@@ -106,7 +107,7 @@ impl ExchangeErrors {
         self.state.corrected.clear();
         self.state.rising.clear();
         let turned = self.turn(&load.joints);
-        let due = self.renewal.due(load, 1.0, self.state.absorbed.is_empty());
+        let due = self.renewal.due(load, steps, self.state.absorbed.is_empty());
         let Some(exchange) = self.casts.last().filter(|_| due != Due::Nothing) else { return };
         let temperature = |node: usize| f64::from(temperatures[node]);
         let true_temperature = |node: usize| temperature(node) + late(node);

@@ -1,6 +1,5 @@
 //! Tables of radiation between surfaces in the layout of the device.
 
-use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::exchange::patches::NONE;
@@ -28,8 +27,8 @@ pub struct ExchangeTables {
     pub(crate) patches: Vec<ExchangePatch>,
     /// Nodes of the patches, and the bits of their shares.
     pub(crate) members: Vec<[u32; 2]>,
-    /// Way of each of the members from the centre of its patch [m].
-    pub(crate) ways: Vec<[f32; 3]>,
+    /// The bits of the way of each member from the centre of its patch [m], and its node.
+    pub(crate) ways: Vec<[u32; 4]>,
     /// Neighbours of each place: a place, and the bits of the vector by which its difference in flux counts for the gradient [1/m].
     pub(crate) neighbours: Vec<[u32; 4]>,
     /// Four entries of a row: the upper half of an exchange area [m2] as f32, and below it a patch. First all rows of infrared, then all rows of sunlight.
@@ -152,7 +151,7 @@ impl ExchangeTables {
                 exposed: exchange.exposed(*number as usize) as f32,
                 back: u32::from(patch.back),
                 cooling: patch.cooling.min(f64::from(f32::MAX)) as f32,
-                unused: 0.0,
+                radius: exchange.slopes.patches.get(*number as usize).map_or(0.0, |slope| slope.radius as f32),
             }
         });
         let patches: Vec<ExchangePatch> = patches.collect();
@@ -192,11 +191,13 @@ fn put_fours(row: &[(u32, f64)], own: u32, place: u32, places: &[u32], fours: &m
     fours.extend((count > 0).then_some(four));
 }
 
-/// Ways of the nodes of patches from their centres [m]. 0 where fluxes do not differ within patches.
-fn ways(exchange: &Exchange) -> Vec<[f32; 3]> {
-    let mut ways: Vec<[f32; 3]> = exchange.slopes.ways.iter().copied().map(Vec3::into).collect();
-    ways.resize(exchange.nodes.len(), [0.0; 3]);
-    ways
+/// The bits of the ways of the nodes of patches from their centres [m], and the nodes. Ways are 0 where fluxes do not differ within patches.
+fn ways(exchange: &Exchange) -> Vec<[u32; 4]> {
+    let of = |(place, (node, _)): (usize, &(u32, f64))| {
+        let [x, y, z] = exchange.slopes.ways.get(place).copied().unwrap_or_default().to_array().map(f32::to_bits);
+        [x, y, z, *node]
+    };
+    exchange.nodes.iter().enumerate().map(of).collect()
 }
 
 /// Neighbours of the patches in an order. What is missing of the last ones is the patch itself.
