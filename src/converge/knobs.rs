@@ -1,5 +1,6 @@
 //! The settings of a scene that trade time for error, and how each is refined.
 
+use crate::exchange::hold::longest_part;
 use crate::model::nodes::GROUP;
 use crate::scene::{Density, Draw, Edges, Scene, ShadowSettings, Time};
 use crate::simulation::prepare::Prepared;
@@ -27,6 +28,7 @@ enum Kind {
     Scaled(f64, fn(&mut Scene) -> Option<&mut f64>),
     Mesh,
     Rays,
+    Hold,
     Step,
     Integrator,
 }
@@ -45,7 +47,7 @@ pub(crate) static KNOBS: [Knob; 9] = [
         left: 1.0,
         kind: Scaled(0.5, |scene| scene.exchange.as_mut()?.patch_edge.as_mut()),
     },
-    Knob { key: "exchange.hold", left: 1.0 / 3.0, kind: Scaled(0.5, |scene| scene.exchange.as_mut()?.hold.as_mut()) },
+    Knob { key: "exchange.hold", left: 1.0 / 3.0, kind: Kind::Hold },
     Knob {
         key: "exchange.redraw_angle_deg",
         left: 1.0 / 3.0,
@@ -67,6 +69,10 @@ impl Knob {
         match self.kind {
             Scaled(_, value) => value(&mut scene.clone()).is_some_and(|value| *value > 0.0),
             Kind::Mesh | Kind::Step => true,
+            Kind::Hold => scene
+                .exchange
+                .and_then(|exchange| exchange.hold)
+                .is_some_and(|hold| longest_part(0.5 * hold, scene.time.step) < hold),
             Kind::Rays => scene.exchange.is_some_and(|exchange| exchange.rays <= MOST_RAYS / 4),
             Kind::Integrator => has_network && scene.network.integrator != Integrator::Accurate,
         }
@@ -80,6 +86,9 @@ impl Knob {
                 for edges in rules.chain([&mut scene.density.model]) {
                     *edges = Edges { max: edges.max.map(|edge| edge / 2.0), min: edges.min.map(|edge| edge / 2.0) };
                 }
+            }
+            Kind::Hold => {
+                scene.exchange.iter_mut().filter_map(|exchange| exchange.hold.as_mut()).for_each(|hold| *hold *= 0.5)
             }
             Kind::Rays => scene.exchange.iter_mut().for_each(|exchange| exchange.rays *= 4),
             Kind::Step => halve_step(&mut scene.time),
@@ -96,6 +105,7 @@ impl Knob {
                 value.map(number).unwrap_or_default()
             }
             Kind::Mesh => scene.density.model.max.map(number).unwrap_or_default(),
+            Kind::Hold => scene.exchange.and_then(|exchange| exchange.hold).map(number).unwrap_or_default(),
             Kind::Rays => scene.exchange.map(|exchange| exchange.rays.to_string()).unwrap_or_default(),
             Kind::Step => scene.time.step.to_string(),
             Kind::Integrator => format!("\"{}\"", scene.network.integrator),

@@ -1,7 +1,7 @@
 //! For how long the infrared that patches exchange is held, and the parts of a step that this asks for.
 //!
 //! Infrared that is held arrives late. Two surfaces that see each other, with a heat capacity so small that both cool within this time, pass what is late back and forth.
-//! How fast they act on each other is the root of the product of both rates of cooling, times the share that one has in the view of the other.
+//! How fast they act on each other is the root of the product of both rates of cooling and of the share that one has in the view of the other.
 
 use rayon::prelude::*;
 
@@ -51,12 +51,12 @@ pub(crate) fn chosen(cooling: impl Iterator<Item = f64>, together: f64, step: f6
     let within = |share: f64, rate: f64| share / (rate * AT_TEMPERATURE.powi(3));
     // To a tenth of a second, as it is told.
     let told = |time: f64| (10.0 * time).floor() / 10.0;
-    let (one, both) = (within(OF_FASTEST, fastest), within(OF_TOGETHER, together));
-    match both < step {
-        true => told(both),
-        false if one < step => 0.0,
-        false => MOST.min(told(one.min(both))),
+    let both = within(OF_TOGETHER, together);
+    if both < step {
+        return told(both).max(0.1);
     }
+    let hold = MOST.min(told(within(OF_FASTEST, fastest).min(both)));
+    if hold < step { 0.0 } else { hold }
 }
 
 /// Longest part in which a step of a length [s] is taken, where infrared is held for a time [s]: the step, halved until infrared is held for no longer, but three times at most.
@@ -66,11 +66,6 @@ pub(crate) fn longest_part(hold: f64, step: f64) -> f64 {
     }
     let halvings = (step / hold - ROUNDING).log2().ceil().clamp(0.0, f64::from(HALVINGS_AT_MOST));
     step / halvings.exp2()
-}
-
-/// Whole steps of a length [s] for which infrared is held, where it is held for a time [s] that is not shorter than a step. 0 where it is not held.
-pub(crate) fn whole_steps(hold: f64, step: f64) -> f64 {
-    (hold / step + ROUNDING).floor()
 }
 
 #[cfg(test)]
@@ -107,9 +102,14 @@ mod tests {
     fn infrared_is_held_for_less_than_a_step_only_between_fast_surfaces() {
         let rate = |constant: f64| 1.0 / (constant * AT_TEMPERATURE.powi(3));
         // The fastest time constant, the time between surfaces and the step [s], and the time for which infrared is held.
-        for (one, both, step, held) in
-            [(1e4, 1e4, 15.0, 60.0), (100.02, 1e4, 15.0, 50.0), (20.0, 1e4, 15.0, 0.0), (100.02, 50.02, 15.0, 10.0)]
-        {
+        for (one, both, step, held) in [
+            (1e4, 1e4, 15.0, 60.0),
+            (1e4, 1e4, 90.0, 0.0),
+            (100.02, 1e4, 15.0, 50.0),
+            (20.0, 1e4, 15.0, 0.0),
+            (100.02, 50.02, 15.0, 10.0),
+            (100.02, 0.3, 15.0, 0.1),
+        ] {
             assert_eq!(chosen([rate(one)].into_iter(), rate(both), step), held, "{one} {both}");
         }
         // Nothing cools.
@@ -120,9 +120,6 @@ mod tests {
     fn a_step_is_halved_until_infrared_is_held_for_no_longer() {
         for (hold, part) in [(0.0, 16.0), (60.0, 16.0), (16.0, 16.0), (15.9, 8.0), (8.0, 8.0), (2.1, 2.0), (0.1, 2.0)] {
             assert_eq!(longest_part(hold, 16.0), part, "{hold}");
-        }
-        for (hold, steps) in [(0.0, 0.0), (16.0, 1.0), (31.9, 1.0), (32.0, 2.0)] {
-            assert_eq!(whole_steps(hold, 16.0), steps, "{hold}");
         }
     }
 }

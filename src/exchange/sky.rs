@@ -236,7 +236,7 @@ pub(crate) enum Due {
 pub(crate) struct Renewal {
     /// Turn after which light is computed anew [rad].
     pub(crate) angle: f64,
-    /// Steps after which infrared is computed anew.
+    /// Most steps for which infrared is held.
     pub(crate) every: f64,
     /// Length of a step [s].
     step: f64,
@@ -267,14 +267,14 @@ impl Renewal {
         self.last.since[1] = self.every;
     }
 
-    /// Whether light is computed anew for a load, with rows that are new or not.
-    pub(crate) fn finds_light(&self, load: &StepLoad, new_rows: bool) -> bool {
-        self.is_far(&FoundFor::new(load), new_rows || self.is_due())
+    /// Whether light is computed anew for a load that lasts `steps`, with rows that are new or not.
+    pub(crate) fn finds_light(&self, load: &StepLoad, steps: f64, new_rows: bool) -> bool {
+        self.is_far(&FoundFor::new(load), new_rows || self.is_due(steps))
     }
 
-    /// Whether infrared was held for long enough.
-    fn is_due(&self) -> bool {
-        self.last.since[1] >= self.every - STILL
+    /// Whether infrared would be held for too long if a load that lasts `steps` had it too.
+    fn is_due(&self, steps: f64) -> bool {
+        self.last.since[1] + steps > self.every + STILL
     }
 
     /// Whether Sun, planet or joints have turned, or turn before infrared is found the next time, so far that light must be found with it.
@@ -288,7 +288,7 @@ impl Renewal {
     /// The part that must be computed anew for a load that lasts `steps`. The part counts as done then. `fresh` asks for all.
     pub(crate) fn due(&mut self, load: &StepLoad, steps: f64, fresh: bool) -> Due {
         let now = FoundFor::new(load);
-        let infrared = self.is_due();
+        let infrared = self.is_due(steps);
         let goes_on = !fresh && self.last.found_for.as_ref().is_some_and(|last| !now.restarts(last));
         let due = if fresh || self.is_far(&now, infrared) {
             self.last.found_for = Some(now);
@@ -413,6 +413,12 @@ mod tests {
         // In every step, and light beyond its angle.
         let mut renewal = Renewal::new(1.5f64.to_radians(), 0.0, 1.0);
         assert_eq!(found(&mut renewal, 0..5), [All, Infrared, All, Infrared, All]);
+        // Never for longer than 3.7 steps, and in every part of a step that asks for that.
+        let mut renewal = Renewal::new(1.0, 3.7, 1.0);
+        assert_eq!(found(&mut renewal, 0..7), [All, Nothing, Nothing, Infrared, Nothing, Nothing, Infrared]);
+        let mut renewal = Renewal::new(1.0, 0.3, 1.0);
+        let parts: Vec<Due> = (0..3).map(|number| renewal.due(&load(number), 0.25, false)).collect();
+        assert_eq!(parts, [All, Infrared, Infrared]);
         // A saved state goes on alike.
         let (mut first, mut again) = (Renewal::new(0.5, 3.0, 1.0), Renewal::new(0.5, 3.0, 1.0));
         found(&mut first, 0..2);

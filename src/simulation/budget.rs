@@ -45,12 +45,13 @@ pub(crate) fn node_budgets(
 /// The load under which the last step ended.
 pub(super) fn load_before(prepared: &Prepared, last: Option<Passing>, time: f64) -> StepLoad {
     let scene = &prepared.scene;
-    let [start, end] = match last.map(|last| last.parts(&prepared.loads)) {
-        Some(parts) => parts.last().map_or([time; 2], |part| [part.start, part.end]),
-        None if scene.time.warm_up_orbits > 0.0 => [time - scene.time.warm_up_step, time],
-        None => [time; 2],
+    let warmed = || {
+        let length = scene.time.warm_up_step;
+        Passing { start: time - length, end: time, steps: length / scene.time.step }
     };
-    prepared.loads.step_load(start, end)
+    let last = last.or_else(|| (scene.time.warm_up_orbits > 0.0).then(warmed));
+    let part = last.and_then(|last| last.parts(&prepared.loads).pop());
+    part.map_or_else(|| prepared.loads.step_load(time, time), |part| prepared.loads.step_load(part.start, part.end))
 }
 
 /// All nodes under the light of a step, and the slot of each on the device.

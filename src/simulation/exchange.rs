@@ -49,7 +49,7 @@ pub struct ExchangeCraft {
     pub settings: ExchangeSettings,
     /// The patches that mirror sunlight, where the scene wants it and some do.
     pub mirrors: Option<Arc<Mirrors>>,
-    /// Steps for which the infrared that patches exchange is held.
+    /// Most steps for which the infrared that patches exchange is held.
     pub(crate) every: f64,
     /// Length of a step [s].
     step: f64,
@@ -107,11 +107,10 @@ impl ExchangeCraft {
             .unwrap_or_else(|| hold::chosen(patches.all.iter().map(|patch| patch.cooling), views.together, step));
         let settings = ExchangeSettings { hold: Some(hold), ..settings };
         let longest_part = hold::longest_part(hold, step);
-        let every = if longest_part < step { longest_part / step } else { hold::whole_steps(hold, step) };
         let mirrors = settings.specular_sunlight.then(|| Mirrors::new(&surface, &patches, settings.rays)).flatten();
         Ok(Self {
             defects: Defects::of(&surface, materials),
-            every,
+            every: hold / step,
             step,
             longest_part,
             light_angle: LIGHT * settings.redraw_angle,
@@ -140,9 +139,9 @@ impl ExchangeCraft {
         Arc::new(Self { patches, like: Some(Arc::clone(self)), ..(**self).clone() })
     }
 
-    /// Most time for which infrared is held [s].
+    /// Time for which infrared is held [s]: whole steps or whole parts of a step.
     pub(crate) fn longest_hold(&self) -> f64 {
-        self.settings.hold.unwrap_or_default().max(self.longest_part)
+        (self.settings.hold.unwrap_or_default() / self.longest_part).floor().max(1.0) * self.longest_part
     }
 
     /// Warnings for the user before the run.

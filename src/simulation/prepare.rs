@@ -184,11 +184,10 @@ impl Prepared {
         progress(PrepareStage::Patches);
         let like = like.and_then(|like| like.exchange.as_ref());
         let exchange = steps::exchange(&scene, &nodes, &triangles, network.as_deref(), &materials, &loads, like)?;
-        let longest_part = exchange.as_ref().map_or(f64::INFINITY, |craft| craft.longest_part);
-        let loads = loads.with_parts_up_to(longest_part);
         warnings.extend(surface_warnings(&scene, exchange.as_deref(), (&nodes, &triangles, &materials)));
         Ok(Self {
             light: light.with_pixels(&scene, (&nodes, &triangles, &materials), network.as_ref()),
+            loads: loads.with_parts_up_to(exchange.as_ref().map_or(f64::INFINITY, |craft| craft.longest_part)),
             exchange,
             network,
             given,
@@ -198,7 +197,6 @@ impl Prepared {
             triangles,
             triangle_runs,
             model: ModelSummary { area: areas.iter().sum(), merged },
-            loads,
             probes,
             warnings,
             nodes,

@@ -162,6 +162,9 @@ impl<'a> Uncertainty<'a> {
         check_length("errors of corners", &saved.deviations, self.surface.corners.len())?;
         check_length("errors of nodes", &saved.nodes, self.constants.len())?;
         check_length("radiation of nodes", &saved.radiated, self.constants.len())?;
+        if !saved.temperatures.is_empty() {
+            check_length("temperatures of nodes", &saved.temperatures, self.constants.len())?;
+        }
         self.state.clone_from(saved);
         if let Some(light) = &mut self.light {
             light.redraw.found_for.clone_from(&saved.found_for);
@@ -224,19 +227,24 @@ impl<'a> Uncertainty<'a> {
             let start = passing.start + f64::from(part) * length;
             let load = self.prepared.loads.step_load(start, start + length);
             let share = (part + 1) as f32 / parts as f32;
-            // A straight line leads to temperatures within the step. Without earlier ones all parts have those of its end.
+            // A straight line leads to temperatures within the step. Without earlier temperatures all parts have the last ones.
             let on_the_way = |(before, end): (&f32, &f32)| before + share * (end - before);
             let within: Vec<f32> = before.iter().zip(temperatures).map(on_the_way).collect();
             let within = if before.is_empty() { temperatures } else { &within };
             self.advance(&load, steps, steps * self.prepared.scene.time.step, within);
         }
-        self.keep_for_parts(parts, temperatures);
+        self.keep_for_parts(temperatures);
     }
 
-    fn keep_for_parts(&mut self, parts: u32, temperatures: &[f32]) {
-        if parts > 1 {
+    fn keep_for_parts(&mut self, temperatures: &[f32]) {
+        if self.parts_of_a_step() > 1 {
             self.state.temperatures = temperatures.to_vec();
         }
+    }
+
+    /// Number of equal parts of a step of the scene.
+    fn parts_of_a_step(&self) -> u32 {
+        Passing { start: 0.0, end: self.prepared.scene.time.step, steps: 1.0 }.equal_parts(&self.prepared.loads)
     }
 
     /// Finds the errors at the start of a run, from the orbit before it where the run has one, with the temperatures of the start. Errors of a saved state stay.
@@ -246,24 +254,23 @@ impl<'a> Uncertainty<'a> {
         }
         self.state.begun = true;
         let scene = &self.prepared.scene;
+        let steps = 1.0 / f64::from(self.parts_of_a_step());
         if has_past && scene.time.warm_up_orbits > 0.0 {
             self.pass_orbit(now, temperatures);
         } else if scene.initial == Initial::Balance {
             let load = self.prepared.loads.step_load(now, now);
-            self.advance(&load, 1.0, f64::INFINITY, temperatures);
+            self.advance(&load, steps, f64::INFINITY, temperatures);
             self.state.nodes.iter_mut().for_each(|node| node.steps = 0.0);
         }
         let load = self.prepared.loads.step_load(now, now);
         self.find_light(&load);
-        let first = Passing { start: now, end: now + scene.time.step, steps: 1.0 };
-        let parts = first.equal_parts(&self.prepared.loads);
         if let Some(exchange) = self.exchange.as_mut().filter(|exchange| exchange.is_fresh()) {
-            exchange.take(&load, 1.0 / f64::from(parts), temperatures, |_| 0.0, &self.state.lit);
+            exchange.take(&load, steps, temperatures, |_| 0.0, &self.state.lit);
         }
         self.state.fluxes = self.absorbed(&load).nodes;
         self.state.jumps.fill(0.0);
         self.state.nodes.iter_mut().for_each(|node| node.late = 0.0);
-        self.keep_for_parts(parts, temperatures);
+        self.keep_for_parts(temperatures);
     }
 
     /// Carries the errors through the orbit before the run.

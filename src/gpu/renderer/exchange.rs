@@ -10,9 +10,9 @@ use crate::thermal::received::{FaceLoad, PlanetShares};
 use crate::trace::span;
 
 impl Renderer {
-    /// Whether the light of Sun and planet between surfaces is found anew for a load, with rows that are new or not.
-    pub(crate) fn finds_light(&self, load: &StepLoad, new_rows: bool) -> bool {
-        self.scene.exchange.as_ref().is_some_and(|own| own.fresh || own.renewal.finds_light(load, new_rows))
+    /// Whether the light of Sun and planet between surfaces is found anew for a load that lasts `steps`, with rows that are new or not.
+    pub(crate) fn finds_light(&self, load: &StepLoad, steps: f64, new_rows: bool) -> bool {
+        self.scene.exchange.as_ref().is_some_and(|own| own.fresh || own.renewal.finds_light(load, steps, new_rows))
     }
 
     /// Replaces the tables after a joint has moved.
