@@ -87,9 +87,7 @@ impl Knob {
                     *edges = Edges { max: edges.max.map(|edge| edge / 2.0), min: edges.min.map(|edge| edge / 2.0) };
                 }
             }
-            Kind::Hold => {
-                scene.exchange.iter_mut().filter_map(|exchange| exchange.hold.as_mut()).for_each(|hold| *hold *= 0.5)
-            }
+            Kind::Hold => scene.exchange.iter_mut().flat_map(|own| &mut own.hold).for_each(|hold| *hold *= 0.5),
             Kind::Rays => scene.exchange.iter_mut().for_each(|exchange| exchange.rays *= 4),
             Kind::Step => halve_step(&mut scene.time),
             Kind::Integrator => scene.network.integrator = Integrator::Accurate,

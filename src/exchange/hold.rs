@@ -9,8 +9,7 @@ use rayon::prelude::*;
 const MOST: f64 = 60.0;
 /// Part of the least time constant of radiation for which it is held then.
 const OF_FASTEST: f64 = 0.5;
-/// Part of the least time in which surfaces act on each other for which it is held then. Plates that warm by 200 K within five minutes (`sandwich` of tools/oracle) are 3 K rms wrong at a quarter, below 2 K
-/// at a fifth and below 1 K at an eighth.
+/// Part of the least time in which surfaces act on each other for which it is held then. Plates that warm by 200 K within five minutes (`sandwich` of tools/oracle) are 3 K rms wrong at a quarter and below 2 K at a fifth.
 const OF_TOGETHER: f64 = 0.2;
 /// Temperature of these times [K].
 const AT_TEMPERATURE: f64 = 300.0;
@@ -49,7 +48,6 @@ fn counted(cooling: f64) -> f64 {
 pub(crate) fn chosen(cooling: impl Iterator<Item = f64>, together: f64, step: f64) -> f64 {
     let fastest = cooling.map(counted).fold(0.0, f64::max);
     let within = |share: f64, rate: f64| share / (rate * AT_TEMPERATURE.powi(3));
-    // To a tenth of a second, as it is told.
     let told = |time: f64| (10.0 * time).floor() / 10.0;
     let both = within(OF_TOGETHER, together);
     if both < step {

@@ -140,7 +140,7 @@ fn group_exchange(craft: &ExchangeCraft) -> SettingGroup {
             ("rays", settings.rays.to_string()),
             ("bounces", settings.bounces.map_or("all".to_owned(), |bounces| bounces.to_string())),
             ("redraw angle", format!("{:.3} deg", settings.redraw_angle.to_degrees())),
-            ("hold", format!("{} s", craft.longest_hold())),
+            ("hold", format!("{} s", craft.held_time())),
         ],
     )
 }

@@ -140,7 +140,7 @@ impl ExchangeCraft {
     }
 
     /// Time for which infrared is held [s]: whole steps or whole parts of a step.
-    pub(crate) fn longest_hold(&self) -> f64 {
+    pub(crate) fn held_time(&self) -> f64 {
         (self.settings.hold.unwrap_or_default() / self.longest_part).floor().max(1.0) * self.longest_part
     }
 

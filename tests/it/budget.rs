@@ -351,9 +351,9 @@ fn closures(model: &str, rays: u32) -> Vec<f64> {
     let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
     let text = std::fs::read_to_string(models.join(model)).expect("a model");
     let with = |line: &str| match line.split(" =").next() {
-        Some("step") => "step = 1389".to_owned(),
-        Some("steps") => "steps = 4".to_owned(),
-        Some("draw_every") => "draw_every = 1".to_owned(),
+        Some("step") => "step = 463".to_owned(),
+        Some("steps") => "steps = 12".to_owned(),
+        Some("draw_every") => "draw_every = 3".to_owned(),
         Some("rays") => format!("rays = {rays}"),
         Some("warm_up" | "warm_up_tolerance" | "warm_up_orbits") => String::new(),
         _ => line.to_owned(),

@@ -203,7 +203,7 @@ impl ExchangeCheck {
                 size.told(),
                 left_out.told(),
                 held.told(),
-                self.craft.longest_hold()
+                self.craft.held_time()
             )
         })
     }
