@@ -60,6 +60,12 @@ pub(crate) const SWEEP_PER_SAMPLE: f64 = 1.1e-3;
 static LIT_RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(4));
 static PENUMBRA_RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(12));
 
+/// The length of a step [s], halved until it is at most `longest` [s], but `at_most` times.
+pub(crate) fn halved(step: f64, longest: f64, at_most: f64) -> f64 {
+    let halvings = (step / longest * (1.0 - ROUNDING)).log2().ceil().clamp(0.0, at_most);
+    step / halvings.exp2()
+}
+
 impl StepLoads {
     /// The loads of a scene. Builds the albedo field of a circular orbit where there is a Sun and an albedo above 0. The fields of a trajectory are built
     /// when needed.
@@ -124,8 +130,7 @@ impl StepLoads {
         }
     }
 
-    /// Whether the interval of `steps` steps from `start` to `end` [s] is to be halved: because a step of the scene is taken in parts, or because the eclipse begins or ends in it and a surface
-    /// stores too little heat for its mean load.
+    /// Whether the interval of `steps` steps from `start` to `end` [s] is to be halved: because a step of the scene is taken in parts, or because the eclipse begins or ends in it and a surface stores too little heat for its mean load.
     pub(crate) fn needs_halves(&self, start: f64, end: f64, steps: f64) -> bool {
         if self.is_always_halved(end - start, steps) {
             return true;

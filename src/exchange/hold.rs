@@ -5,6 +5,8 @@
 
 use rayon::prelude::*;
 
+use crate::environment::step::halved;
+
 /// Most time for which infrared is held where a scene states none [s].
 const MOST: f64 = 60.0;
 /// Part of the least time constant of radiation for which it is held then.
@@ -14,14 +16,11 @@ const OF_TOGETHER: f64 = 0.2;
 /// Temperature of these times [K].
 const AT_TEMPERATURE: f64 = 300.0;
 /// Most times that a step is halved for infrared.
-const HALVINGS_AT_MOST: i32 = 3;
-/// Rounding of a number of steps.
-const ROUNDING: f64 = 1e-9;
+const HALVINGS_AT_MOST: f64 = 3.0;
 /// Share of the area that may act faster on what it sees.
 const FASTER: f64 = 0.01;
 
-/// How fast surfaces act on each other, over the third power of temperature [1/(s K3)], from how fast each cools [1/(s K3)], its area [m2], and the ends of its `rays` rays: numbers of surfaces, or of
-/// none. A share [`FASTER`] of the area may be faster. A surface without a heat capacity does not count.
+/// How fast surfaces act on each other, over the third power of temperature [1/(s K3)], from how fast each cools [1/(s K3)], its area [m2], and the ends of its `rays` rays: numbers of surfaces, or of none. A share [`FASTER`] of the area may be faster. A surface without a heat capacity does not count.
 pub(super) fn together(surfaces: &[[f64; 2]], ends: &[u32], rays: usize) -> f64 {
     let of_end = |end: &u32| surfaces.get(*end as usize).map_or(0.0, |[cooling, _]| counted(*cooling));
     let of_surface = |([cooling, area], ends): (&[f64; 2], &[u32])| {
@@ -43,8 +42,7 @@ fn counted(cooling: f64) -> f64 {
     if cooling.is_finite() { cooling } else { 0.0 }
 }
 
-/// Time for which infrared is held [s] in steps of a length [s], where a scene states none. 0 finds it anew in every step. `cooling` is how fast each patch cools, and `together` how fast patches act on
-/// each other, both over the third power of temperature [1/(s K3)].
+/// Time for which infrared is held [s] in steps of a length [s], where a scene states none. 0 finds it anew in every step. `cooling` is how fast each patch cools, and `together` how fast patches act on each other, both over the third power of temperature [1/(s K3)].
 pub(crate) fn chosen(cooling: impl Iterator<Item = f64>, together: f64, step: f64) -> f64 {
     let fastest = cooling.map(counted).fold(0.0, f64::max);
     let within = |share: f64, rate: f64| share / (rate * AT_TEMPERATURE.powi(3));
@@ -59,11 +57,7 @@ pub(crate) fn chosen(cooling: impl Iterator<Item = f64>, together: f64, step: f6
 
 /// Longest part in which a step of a length [s] is taken, where infrared is held for a time [s]: the step, halved until infrared is held for no longer, but three times at most.
 pub(crate) fn longest_part(hold: f64, step: f64) -> f64 {
-    if hold <= 0.0 {
-        return step;
-    }
-    let halvings = (step / hold - ROUNDING).log2().ceil().clamp(0.0, f64::from(HALVINGS_AT_MOST));
-    step / halvings.exp2()
+    if hold > 0.0 { halved(step, hold, HALVINGS_AT_MOST) } else { step }
 }
 
 #[cfg(test)]

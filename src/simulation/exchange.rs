@@ -49,12 +49,8 @@ pub struct ExchangeCraft {
     pub settings: ExchangeSettings,
     /// The patches that mirror sunlight, where the scene wants it and some do.
     pub mirrors: Option<Arc<Mirrors>>,
-    /// Most steps for which the infrared that patches exchange is held.
-    pub(crate) every: f64,
     /// Length of a step [s].
     step: f64,
-    /// Longest part in which a step is taken, so that infrared is held for no longer [s].
-    pub(crate) longest_part: f64,
     /// Angle after which the light of Sun and planet is found anew [rad].
     pub light_angle: f64,
     in_use: ExchangesInUse,
@@ -102,17 +98,13 @@ impl ExchangeCraft {
         }
         let what = || format!("exchange of {} patches with {} rays each", patches.all.len(), settings.rays);
         check_memory((rays * size_of::<u32>()) as u64, what).map_err(|error| error.to_string())?;
-        let hold = settings
-            .hold
-            .unwrap_or_else(|| hold::chosen(patches.all.iter().map(|patch| patch.cooling), views.together, step));
+        let cooling = patches.all.iter().map(|patch| patch.cooling);
+        let hold = settings.hold.unwrap_or_else(|| hold::chosen(cooling, views.together, step));
         let settings = ExchangeSettings { hold: Some(hold), ..settings };
-        let longest_part = hold::longest_part(hold, step);
         let mirrors = settings.specular_sunlight.then(|| Mirrors::new(&surface, &patches, settings.rays)).flatten();
         Ok(Self {
             defects: Defects::of(&surface, materials),
-            every: hold / step,
             step,
-            longest_part,
             light_angle: LIGHT * settings.redraw_angle,
             mirrors: mirrors.map(Arc::new),
             surface,
@@ -141,7 +133,18 @@ impl ExchangeCraft {
 
     /// Time for which infrared is held [s]: whole steps or whole parts of a step.
     pub(crate) fn held_time(&self) -> f64 {
-        (self.settings.hold.unwrap_or_default() / self.longest_part).floor().max(1.0) * self.longest_part
+        let part = self.longest_part();
+        (self.hold() / part).floor().max(1.0) * part
+    }
+
+    /// Longest part in which a step is taken, so that infrared is held for no longer [s].
+    pub(crate) fn longest_part(&self) -> f64 {
+        hold::longest_part(self.hold(), self.step)
+    }
+
+    /// Most time for which infrared is held, or 0 for none [s].
+    fn hold(&self) -> f64 {
+        self.settings.hold.unwrap_or_default()
     }
 
     /// Warnings for the user before the run.
@@ -155,7 +158,7 @@ impl ExchangeCraft {
 
     /// The rule for when the exchange between patches is found anew.
     pub(crate) fn renewal(&self) -> Renewal {
-        Renewal::new(self.light_angle, self.every, self.step)
+        Renewal::new(self.light_angle, self.hold() / self.step, self.step)
     }
 
     /// The exchange between the patches in a pose, found by the processor. An engine and its check share the exchange of a pose, because the same function would

@@ -187,7 +187,7 @@ impl Prepared {
         warnings.extend(surface_warnings(&scene, exchange.as_deref(), (&nodes, &triangles, &materials)));
         Ok(Self {
             light: light.with_pixels(&scene, (&nodes, &triangles, &materials), network.as_ref()),
-            loads: loads.with_parts_up_to(exchange.as_ref().map_or(f64::INFINITY, |craft| craft.longest_part)),
+            loads: loads.with_parts_up_to(exchange.as_ref().map_or(f64::INFINITY, |craft| craft.longest_part())),
             exchange,
             network,
             given,

@@ -14,7 +14,7 @@ use crate::environment::joints::Joint;
 use crate::environment::orbit::period_disagreement;
 use crate::environment::shadow::tree_boxes;
 use crate::environment::sky::SkyError;
-use crate::environment::step::StepLoads;
+use crate::environment::step::{StepLoads, halved};
 use crate::environment::{Attitude, Orbit};
 use crate::files;
 use crate::gpu::effects::image::runs::TriangleRun;
@@ -229,8 +229,8 @@ fn shortest_part(scene: &Scene, materials: &[Material]) -> f64 {
     let constants = materials.iter().zip(hottest(scene, materials));
     let shortest =
         constants.filter_map(|(material, hottest)| time_constant(material, hottest)).fold(f64::INFINITY, f64::min);
-    let halvings = (scene.time.step / (LONGEST_PART * shortest)).log2().ceil();
-    if halvings > 0.0 { scene.time.step / halvings.min(HALVINGS_AT_MOST).exp2() } else { f64::INFINITY }
+    let part = halved(scene.time.step, LONGEST_PART * shortest, HALVINGS_AT_MOST);
+    if part < scene.time.step { part } else { f64::INFINITY }
 }
 
 /// Refuses a series that no disk would hold.

@@ -73,14 +73,12 @@ fn craft(settings: ExchangeSettings) -> Arc<ExchangeCraft> {
         shared: SharedRows::default(),
         in_use: ExchangesInUse::default(),
         defects: Defects::of(&surface, &materials),
-        every: settings.hold.unwrap_or(60.0) / STEP,
         step: STEP,
-        longest_part: STEP,
         light_angle: LIGHT * settings.redraw_angle,
         mirrors: None,
         surface,
         patches,
-        settings,
+        settings: ExchangeSettings { hold: settings.hold.or(Some(60.0)), ..settings },
     })
 }
 
