@@ -110,7 +110,7 @@ impl Shader {
 /// A compiled shader.
 pub struct CompiledShader {
     /// SPIR-V.
-    pub(crate) words: Vec<u32>,
+    pub words: Vec<u32>,
     /// The buffers that it uses.
     pub uses: Vec<BlockUse>,
 }
