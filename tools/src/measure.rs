@@ -30,7 +30,7 @@ type AnyError = Box<dyn std::error::Error>;
 
 /// Measure the thermal pass and whole steps; prints Markdown tables.
 ///
-/// Example: cargo run --release -p isotherm-tools --bin measure -- --scene models/iss.toml
+/// Example: target/release/measure --scene models/iss.toml
 #[derive(Parser)]
 struct Arguments {
     /// Scene whose loads and steps are measured
