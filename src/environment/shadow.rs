@@ -31,7 +31,7 @@ pub(crate) use lit_surface::{LitNode, LitSurface};
 pub(crate) use points::{fractions, point_near_corner};
 pub(crate) use rays::Hit;
 pub use rays::Occluders;
-pub(crate) use redraw::{LightAndPoses, Redraw};
+pub(crate) use redraw::{LightAndPoses, Redraw, turn_between};
 pub use sunlit::LitArea;
 pub(crate) use sunward::Caster;
 pub(crate) use tree::{LARGEST_TREE, Tree, tree_boxes};

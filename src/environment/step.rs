@@ -3,6 +3,7 @@
 //! Sunlight is given as up to eight light vectors. Each is the exact integral over a stretch of the step. The step is cut at the contacts of an eclipse,
 //! and into more stretches where the craft turns.
 
+use std::f64::consts::TAU;
 use std::iter::Sum;
 use std::ops::Mul;
 use std::sync::{Arc, LazyLock};
@@ -14,6 +15,7 @@ use super::albedo_field::{AlbedoField, AlbedoFields};
 use super::joints::{Joint, JointError, Joints};
 use super::placements::{PlaceError, PlacementSample};
 use super::quadrature::GaussLegendre;
+use super::shadow::turn_between;
 use super::sky::{SkyError, SkyModel};
 use super::view_factor::ApparentRadius;
 use super::{MAX_SUN_SAMPLES, PlanetLoad, StepLoad, SunSample};
@@ -32,6 +34,8 @@ pub struct StepLoads {
     shortest_part: f64,
     /// Length down to which a step of the scene is halved in any case [s].
     longest_part: f64,
+    /// Angle by which the Sun or a joint may turn against the craft in a part of a step [rad], and the length down to which a step of the scene is halved for that [s]. Infinite where light needs none.
+    turn: [f64; 2],
 }
 
 /// Fields, whose tables are made when they are needed. Copies of the loads share them.
@@ -86,6 +90,7 @@ impl StepLoads {
             tumbles: *attitude == Attitude::Tumble,
             shortest_part: f64::INFINITY,
             longest_part: f64::INFINITY,
+            turn: [f64::INFINITY; 2],
         })
     }
 
@@ -113,13 +118,24 @@ impl StepLoads {
         Self { longest_part, ..self }
     }
 
+    /// Has steps of the scene halved where the Sun or a joint turns against the craft by more than an angle [rad], down to a length [s].
+    pub(crate) fn with_parts_by_turn(self, turn: [f64; 2]) -> Self {
+        Self { turn, ..self }
+    }
+
     /// Has steps halved as with other loads of the same sky, so that two runs can be compared step by step.
     pub(crate) fn take_parts_of(&mut self, other: &Self) {
-        (self.shortest_part, self.longest_part) = (other.shortest_part, other.longest_part);
+        (self.shortest_part, self.longest_part, self.turn) = (other.shortest_part, other.longest_part, other.turn);
+    }
+
+    /// Takes the parts of steps, and the albedo tables where the distance is the same, of loads of almost the same scene.
+    pub(crate) fn take_of(&mut self, other: &Self) {
+        self.take_parts_of(other);
+        self.take_albedo_of(other);
     }
 
     /// Takes the albedo tables of loads at the same distance, which hang on nothing else.
-    pub(crate) fn take_albedo_of(&mut self, other: &Self) {
+    fn take_albedo_of(&mut self, other: &Self) {
         let same = match (&self.albedo, &other.albedo) {
             (Some(AlbedoSource::Fixed(own)), Some(AlbedoSource::Fixed(other))) => own.is_as_far_as(other),
             (Some(AlbedoSource::Varying(_)), Some(AlbedoSource::Varying(_))) => true,
@@ -130,9 +146,11 @@ impl StepLoads {
         }
     }
 
-    /// Whether the interval of `steps` steps from `start` to `end` [s] is to be halved: because a step of the scene is taken in parts, or because the eclipse begins or ends in it and a surface stores too little heat for its mean load.
+    /// Whether the interval of `steps` steps from `start` to `end` [s] is to be halved: because a step of the scene is taken in parts, because the Sun or a joint turns too far in it, or because the eclipse
+    /// begins or ends in it and a surface stores too little heat for its mean load.
     pub(crate) fn needs_halves(&self, start: f64, end: f64, steps: f64) -> bool {
-        if self.is_always_halved(end - start, steps) {
+        let is_lit = || [start, 0.5 * (start + end), end].iter().any(|time| self.sky.lit_fraction(*time) > 0.0);
+        if self.is_always_halved(end - start, steps) || (steps <= 1.0 && self.turns_far(start, end) && is_lit()) {
             return true;
         }
         let in_penumbra = || {
@@ -142,6 +160,34 @@ impl StepLoads {
         end - start > self.shortest_part * (1.0 + ROUNDING)
             && self.environment.solar_constant.is_some()
             && (in_penumbra() || !self.sky.contacts(start, end).is_empty())
+    }
+
+    /// Length of the parts in which a step of the scene is taken at time 0 because the Sun or a joint turns [s].
+    pub(crate) fn turned_part(&self, step: f64) -> f64 {
+        let mut halves = std::iter::successors(Some(step), |part| Some(0.5 * part));
+        halves.find(|part| !self.turns_far(0.0, *part)).unwrap_or(step)
+    }
+
+    /// Whether the Sun or a joint turns so far against the craft that one finding of the light would not do for the interval, which may be shorter.
+    fn turns_far(&self, start: f64, end: f64) -> bool {
+        end - start > self.turn[1] * (1.0 + ROUNDING) && self.turned(start, end) > 1.0 + ROUNDING
+    }
+
+    /// Largest turn of the Sun or of a joint against the craft from `start` to `end` [s], over the turn above which a step is halved. 0 where light needs no parts.
+    pub(crate) fn turned(&self, start: f64, end: f64) -> f64 {
+        /// Chords of the way of a joint.
+        const CHORDS: u32 = 4;
+        if self.environment.solar_constant.is_none() || self.turn[0].is_infinite() {
+            return 0.0;
+        }
+        let sun = match self.sky.spin_period() {
+            Some(period) if end - start >= period => TAU * (end - start) / period,
+            _ => self.sky.sun_sweep(start, end),
+        };
+        let poses = |chord: u32| self.joints_at(start + (end - start) * f64::from(chord) / f64::from(CHORDS)).1;
+        let poses: Vec<_> = (0..=CHORDS).map(poses).collect();
+        let turn = |joint: usize| poses.windows(2).map(|pair| turn_between(&pair[0][joint], &pair[1][joint])).sum();
+        (0..poses[0].len()).map(turn).fold(sun, f64::max) / self.turn[0]
     }
 
     /// Whether an interval of a length [s], of `steps` steps, is halved wherever it lies. Only a step of the scene, or a part of it, can be.

@@ -66,7 +66,7 @@ impl Exchange {
         self.over_held(change).recip().clamp(SHARES[0], SHARES[1])
     }
 
-    /// Whether a mean of this and the `after` finding misses the pose in their middle by more than twice what held rows may miss. `before` is the pose on the other
+    /// Whether a mean of this and the `after` finding misses the pose in their middle by more than rows may change while they are held. `before` is the pose on the other
     /// side of this one, and `ratio` the angle to the one after over the angle to it.
     pub(crate) fn bends(&self, [before, after]: [&Self; 2], ratio: f64) -> bool {
         let middle = 0.25 / (1.0 + ratio.recip());
@@ -81,7 +81,7 @@ impl Exchange {
             };
             0.5 * (0..seen[0].len()).map(off).sum::<f64>()
         };
-        self.over_held(off) > 2.0
+        self.over_held(off) > 1.0
     }
 
     fn parts(&self) -> usize {

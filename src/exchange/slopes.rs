@@ -19,6 +19,8 @@ use rayon::prelude::*;
 pub(crate) const NEIGHBOURS: usize = 8;
 /// Part of the trace that is added to a matrix of distances, so that a direction in which neighbours hardly differ has no gradient: a row of patches tells none across itself.
 const FLAT: f64 = 1e-2;
+/// Square of a distance, over the square of the largest one, below which a neighbour lies at the same place.
+const SAME: f64 = 1e-4;
 
 /// Patches among their neighbours. Without any patch, no flux differs within patches.
 #[derive(Debug, Clone, Default)]
@@ -67,15 +69,17 @@ impl Slopes {
             nodes[nodes_of.clone()].iter().map(|(node, _)| (positions[*node as usize] - centre).as_vec3()).collect()
         };
         let ways: Vec<Vec3> = patches.iter().flat_map(ways).collect();
+        let square = |place: usize| nodes[place].1 * ways[place].as_dvec3().length_squared();
+        let spreads: Vec<f64> = patches.iter().map(|(.., nodes_of)| nodes_of.clone().map(square).sum()).collect();
         let slope = |(number, (side, centre, nodes_of)): (usize, &(u32, DVec3, Range<usize>))| {
-            let square = |place: usize| nodes[place].1 * ways[place].as_dvec3().length_squared();
-            let spread = nodes_of.clone().map(square).sum();
+            let spread = spreads[number];
             let farthest = ways[nodes_of.clone()].iter().map(|way| way.length_squared()).fold(0.0, f32::max);
             let radius = f64::from(farthest).sqrt();
             let others = of_sides[*side as usize].iter().filter(|other| **other as usize != number);
             let away = |other: &u32| (*other, patches[*other as usize].1 - centre);
             let near = others.map(away).filter(|(_, way)| way.length_squared() > 0.0).collect();
-            Slope { nodes: nodes_of.clone(), spread, radius, neighbours: neighbours(near, spread) }
+            let neighbours = neighbours(near, |other| spread.max(spreads[other as usize]));
+            Slope { nodes: nodes_of.clone(), spread, radius, neighbours }
         };
         let patches = patches.par_iter().enumerate().map(slope).collect();
         Self { patches, nodes: Arc::clone(nodes), ways }
@@ -145,8 +149,8 @@ impl Slopes {
     }
 }
 
-/// The nearest of some patches, with their ways, for a patch of a spread [m2].
-fn neighbours(mut near: Vec<(u32, DVec3)>, spread: f64) -> Vec<Neighbour> {
+/// The nearest of some patches, with their ways. `spread` is the larger one of both patches [m2].
+fn neighbours(mut near: Vec<(u32, DVec3)>, spread: impl Fn(u32) -> f64) -> Vec<Neighbour> {
     let nearer =
         |a: &(u32, DVec3), b: &(u32, DVec3)| a.1.length_squared().total_cmp(&b.1.length_squared()).then(a.0.cmp(&b.0));
     if near.len() > NEIGHBOURS {
@@ -154,14 +158,17 @@ fn neighbours(mut near: Vec<(u32, DVec3)>, spread: f64) -> Vec<Neighbour> {
         near.truncate(NEIGHBOURS);
     }
     near.sort_unstable_by(nearer);
-    // Patches around the same centre, such as rings, tell no gradient, so a distance counts against the spread of the patch.
-    let weight = |way: DVec3| (way.length_squared() + spread).recip();
-    let square = |(_, way): &(u32, DVec3)| DMat3::from_cols(*way * way.x, *way * way.y, *way * way.z) * weight(*way);
+    // Patches around the same centre tell no gradient, such as a ring and the node in its middle, or nodes at an edge between facets. So a distance counts against the
+    // spread, and against the largest distance.
+    let least = SAME * near.last().map_or(0.0, |(_, way)| way.length_squared());
+    let weight = |patch: u32, way: DVec3| (way.length_squared() + spread(patch).max(least)).recip();
+    let square =
+        |(patch, way): &(u32, DVec3)| DMat3::from_cols(*way * way.x, *way * way.y, *way * way.z) * weight(*patch, *way);
     let squares = near.iter().map(square).fold(DMat3::ZERO, |sum, one| sum + one);
     let trace = squares.x_axis.x + squares.y_axis.y + squares.z_axis.z;
     let inverse = (squares + DMat3::from_diagonal(DVec3::splat((FLAT * trace).max(FLAT)))).inverse();
     let counted =
-        |(patch, way): (u32, DVec3)| Neighbour { patch, way, weight: (inverse * way * weight(way)).as_vec3() };
+        |(patch, way): (u32, DVec3)| Neighbour { patch, way, weight: (inverse * way * weight(patch, way)).as_vec3() };
     near.into_iter().map(counted).collect()
 }
 
@@ -238,6 +245,27 @@ mod tests {
         println!("{:.2} W/m2 rms", rms(&sloped));
         // With all that neighbours tell, 6.2.
         assert!(rms(&sloped) < 2.0, "{}", rms(&sloped));
+    }
+
+    /// The centre of a ring lies beside the node in its middle by rounding alone.
+    #[test]
+    fn a_ring_and_the_node_in_its_middle_tell_no_gradient() {
+        let turn = |node: usize| f64::from(node as u32) / 16.0 * std::f64::consts::TAU;
+        let mut positions: Vec<DVec3> =
+            (0..16).map(|node| DVec3::new(turn(node).cos(), turn(node).sin(), 0.0)).collect();
+        let centre = positions.iter().sum::<DVec3>() / 16.0;
+        positions.extend([centre + 1e-13 * DVec3::X, DVec3::new(1.5, 0.0, 0.0)]);
+        let nodes = Arc::new((0..16).map(|node| (node, 1.0 / 16.0)).chain([(16, 1.0), (17, 1.0)]).collect());
+        let patches = [(0, centre, 0..16), (0, positions[16], 16..17), (0, positions[17], 17..18)];
+        let slopes = Slopes::new(&patches, &nodes, &positions);
+        let stated = slopes.errors(&[100.0, 140.0, 90.0]);
+        assert!(stated.iter().all(|error| *error < 60.0), "{stated:?}");
+        // Two nodes of one place, on both sides of an edge.
+        let positions = [0.0, 1e-9, 0.3].map(|x| DVec3::new(x, 0.0, 0.0));
+        let patches = [0, 1, 2].map(|node| (0, positions[node], node..node + 1));
+        let nodes = Arc::new((0..3).map(|node| (node, 1.0)).collect());
+        let stated = Slopes::new(&patches, &nodes, &positions).errors(&[100.0, 140.0, 90.0]);
+        assert!(stated.iter().all(|error| *error < 60.0), "{stated:?}");
     }
 
     #[test]

@@ -24,6 +24,7 @@ mod meshopt;
 mod meshopt_filter;
 pub(crate) mod nodes;
 mod primitive;
+mod snap;
 mod subdivide;
 mod summary;
 mod weld;

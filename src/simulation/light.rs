@@ -9,6 +9,7 @@ use super::network::SceneNetwork;
 use super::pixel_light::PixelLight;
 use crate::environment::shadow::corner::Division;
 use crate::environment::shadow::{Caster, KeptLight, LitAreas, LitNode, LitSurface, Redraw};
+use crate::environment::step::StepLoads;
 use crate::gpu::effects::image::runs::TriangleRun;
 use crate::gpu::effects::thermal::variant::LightBy;
 use crate::model::nodes::{GROUP, Nodes};
@@ -84,10 +85,11 @@ impl SceneLight {
         scene: &Scene,
         craft: (&Nodes, &[[u32; 3]], &[Material]),
         network: Option<&Arc<SceneNetwork>>,
+        loads: &StepLoads,
     ) -> Self {
         let (nodes, _, materials) = craft;
         let lit = self.lit_areas(nodes, materials, nodes.real().map(|(slot, _)| slot));
-        let in_pixels = lit.and_then(|lit| PixelLight::of(scene, craft, lit, network));
+        let in_pixels = lit.and_then(|lit| PixelLight::of(scene, craft, lit, network, loads));
         Self { in_pixels: in_pixels.map(Arc::new), ..self }
     }
 

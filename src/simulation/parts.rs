@@ -1,5 +1,5 @@
 //! The parts of a step. A step in which the eclipse begins or ends is halved, again and again around the penumbra, where a surface stores so little
-//! heat that the mean load of the whole step would not do (docs/numerics.md 3). All steps are halved where surfaces that see each other cool so fast that infrared
+//! heat that the mean load of the whole step would not do, and so is a step in which the Sun or a joint turns far against the craft (docs/numerics.md 3). All steps are halved where surfaces that see each other cool so fast that infrared
 //! must not be held for a step (docs/numerics.md 4a).
 //!
 //! Halves keep the lengths of parts few. A network in one pass has a plan for each length.
@@ -56,8 +56,11 @@ mod tests {
     use crate::environment::{Attitude, CircularOrbit, Environment};
 
     fn loads(eclipse: bool) -> StepLoads {
+        under(eclipse, &Attitude::Inertial { inertial_from_body: DQuat::IDENTITY })
+    }
+
+    fn under(eclipse: bool, attitude: &Attitude) -> StepLoads {
         let orbit = CircularOrbit { altitude: 408e3, period: 5554.0, beta: 0.0, phase: 0.0 };
-        let attitude = Attitude::Inertial { inertial_from_body: DQuat::IDENTITY };
         let environment = Environment {
             solar_constant: Some(1361.0),
             albedo: None,
@@ -66,7 +69,7 @@ mod tests {
             eclipse,
             background_temperature: None,
         };
-        StepLoads::new(&orbit, &attitude, &environment).expect("a sky")
+        StepLoads::new(&orbit, attitude, &environment).expect("a sky")
     }
 
     fn orbit(loads: &StepLoads, step: f64, steps: f64) -> Vec<Passing> {
@@ -113,6 +116,24 @@ mod tests {
         assert!(orbit(&loads, 90.0, 6.0).iter().all(|part| part.steps == 6.0));
         for (length, steps, parts) in [(15.0, 1.0, 4), (7.0, 7.0 / 15.0, 2), (3.0, 0.2, 1), (90.0, 6.0, 1)] {
             assert_eq!(Passing { start: 0.0, end: length, steps }.equal_parts(&loads), parts, "{length}");
+        }
+    }
+
+    #[test]
+    fn a_step_in_which_the_sun_turns_far_is_halved() {
+        let attitude =
+            Attitude::Spin { inertial_from_body: DQuat::IDENTITY, axis: glam::DVec3::Z, rate: 0.5f64.to_radians() };
+        let far = 4f64.to_radians();
+        // The step [s], the shortest part [s], and the length of the parts. 0.5 deg/s.
+        for (step, shortest, part) in
+            [(8.0, 0.1, 8.0), (15.0, 0.1, 7.5), (60.0, 0.1, 7.5), (60.0, 20.0, 15.0), (60.0, 60.0, 60.0)]
+        {
+            let loads = under(false, &attitude).with_parts_by_turn([far, shortest]);
+            let whole = Passing { start: step, end: 2.0 * step, steps: 1.0 };
+            let parts = whole.parts(&loads);
+            assert!(parts.iter().all(|one| (one.end - one.start - part).abs() < 1e-9), "{step} {shortest}: {parts:?}");
+            // Coarse steps of a warm-up stay whole.
+            assert_eq!(Passing { steps: 4.0, ..whole }.parts(&loads).len(), 1);
         }
     }
 

@@ -34,6 +34,8 @@ use crate::trace::span;
 
 /// Share of the shortest time constant that an interval of the past lasts at least, where steps are shorter.
 const INTERVAL: f64 = 0.15;
+/// The same where the light turns far in steps: of those that are in view the past is then four time constants long.
+const LEAST_INTERVAL: f64 = 0.05;
 /// Time constants that are stepped through.
 const MEMORY: f64 = 8.0;
 /// Most intervals of the past.
@@ -92,6 +94,7 @@ impl PixelLight {
         (nodes, triangles, materials): (&Nodes, &[[u32; 3]], &[Material]),
         light: LitAreas,
         network: Option<&Arc<SceneNetwork>>,
+        loads: &StepLoads,
     ) -> Option<Self> {
         if !light.by_rays() || !scene.shadows?.in_pixels || scene.attitude == Attitude::Tumble {
             return None;
@@ -100,8 +103,10 @@ impl PixelLight {
         let step = scene.time.step;
         let times = || surface.foils.iter().flatten().map(Foil::time_constant);
         let (shortest, longest) = (times().fold(f64::INFINITY, f64::min), times().fold(0.0, f64::max));
-        let stride = (INTERVAL * shortest).max(MEMORY * longest / f64::from(INTERVALS)) / step;
-        let interval = step * stride.floor().max(1.0);
+        let turned = loads.turned(0.0, step);
+        let stride = ((INTERVAL * shortest).max(MEMORY * longest / f64::from(INTERVALS)) / step).min(turned.recip());
+        let part = || loads.turned_part(step).max(LEAST_INTERVAL * shortest).min(step);
+        let interval = if turned > 1.0 { part() } else { step * stride.floor().max(1.0) };
         let is_long = |count: &u32| recent_lengths(*count) * interval >= MEMORY * longest;
         let has_past = scene.time.warm_up_orbits > 0.0 || scene.time.periodic.is_some();
         let start = match scene.initial {

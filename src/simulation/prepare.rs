@@ -173,8 +173,8 @@ impl Prepared {
         steps::check_traced(&scene, &triangles)?;
 
         progress(PrepareStage::Loads);
-        let mut loads = steps::loads(&scene, &materials, moving)?;
-        like.iter().for_each(|like| loads.take_albedo_of(&like.loads));
+        let mut loads = steps::loads(&scene, &materials, light.by, moving)?;
+        like.iter().for_each(|like| loads.take_of(&like.loads));
         warnings.extend(steps::turn_warning(&scene, &loads));
         let probes = steps::probe_nodes(&scene, &parts, &nodes)?;
         let given = GivenTemperatures::new(&scene, &parts, &nodes)?.map(Arc::new);
@@ -186,7 +186,7 @@ impl Prepared {
         let exchange = steps::exchange(&scene, &nodes, &triangles, network.as_deref(), &materials, &loads, like)?;
         warnings.extend(surface_warnings(&scene, exchange.as_deref(), (&nodes, &triangles, &materials)));
         Ok(Self {
-            light: light.with_pixels(&scene, (&nodes, &triangles, &materials), network.as_ref()),
+            light: light.with_pixels(&scene, (&nodes, &triangles, &materials), network.as_ref(), &loads),
             loads: loads.with_parts_up_to(exchange.as_ref().map_or(f64::INFINITY, |craft| craft.longest_part())),
             exchange,
             network,

@@ -18,6 +18,7 @@ use crate::environment::step::{StepLoads, halved};
 use crate::environment::{Attitude, Orbit};
 use crate::files;
 use crate::gpu::effects::image::runs::TriangleRun;
+use crate::gpu::effects::thermal::variant::LightBy;
 use crate::misspelt::suggestion;
 use crate::model::nodes::{GROUP, Nodes};
 use crate::model::{MergeSummary, Model, ModelError, Skipped};
@@ -50,6 +51,11 @@ const LONGEST_PART: f64 = 0.15;
 
 /// Most times that such a step is halved.
 const HALVINGS_AT_MOST: f64 = 6.0;
+/// Turn of the Sun or of a joint against the craft in a step above which the light is found more often than once [rad]. In low orbit the Sun turns by 3.9 deg a minute.
+const WIDEST_TURN: f64 = 4.0 * std::f64::consts::PI / 180.0;
+/// Part of the shortest time constant in which the light may turn as far as it does.
+const LONGEST_TURNED_PART: f64 = 0.03;
+const TURN_HALVINGS_AT_MOST: f64 = 4.0;
 
 /// SHA-256 of the files of a scene (hexadecimal).
 #[derive(Debug, Clone)]
@@ -116,7 +122,11 @@ fn unplayed(scene: &Scene, model: &Model) -> Option<String> {
 
 /// Reads the model, with a material for each part that rules tell apart, and places a camera without a pose before it.
 pub(super) fn read_model(scene: &mut Scene) -> Result<Model, ModelError> {
-    let mut model = Model::load_within(&scene.model_path, &scene.reach)?.weld();
+    let (model, moved) = Model::load_within(&scene.model_path, &scene.reach)?.snap();
+    let mut model = model.weld();
+    if moved > 0 {
+        scene.assumptions.push(format!("model: {moved} vertices lay beside others by rounding, and were moved there"));
+    }
     scene.materials.split_by_part(&mut model);
     frame_camera(scene, &model);
     Ok(model)
@@ -205,7 +215,12 @@ pub(super) fn check_traced(scene: &Scene, triangles: &[[u32; 3]]) -> Result<(), 
 }
 
 /// Loads of every step from the start of the warm-up, and the walks of the joints.
-pub(super) fn loads(scene: &Scene, materials: &[Material], moving: Vec<Joint>) -> Result<StepLoads, PrepareError> {
+pub(super) fn loads(
+    scene: &Scene,
+    materials: &[Material],
+    light: LightBy,
+    moving: Vec<Joint>,
+) -> Result<StepLoads, PrepareError> {
     let failed = |source| PrepareError::Sky { path: scene.source.clone(), source };
     let loads = StepLoads::new(&scene.orbit, &scene.attitude, &scene.environment).map_err(failed)?;
     // A periodic warm-up steps the same orbit again.
@@ -221,15 +236,29 @@ pub(super) fn loads(scene: &Scene, materials: &[Material], moving: Vec<Joint>) -
     let span = [-before - slack, f64::from(scene.time.steps) * scene.time.step + shutter];
     loads.sky_model().check(span[0], span[1]).map_err(failed)?;
     let loads = loads.with_parts_of(shortest_part(scene, materials));
+    let loads = loads.with_parts_by_turn(turned_parts(scene, materials, light));
     Ok(loads.with_joints(moving, span[0], scene.time.step / WALKS_A_STEP))
 }
 
 /// Length down to which a step is halved where the eclipse begins or ends in it [s]. Infinite where the step is short for every surface.
 fn shortest_part(scene: &Scene, materials: &[Material]) -> f64 {
+    part_of_fastest(scene, materials, LONGEST_PART, HALVINGS_AT_MOST)
+}
+
+/// Turn of the Sun or of a joint above which a step is halved [rad], and the length down to which it is [s]. Infinite where normals tell the light, or where the step is short for every surface.
+fn turned_parts(scene: &Scene, materials: &[Material], light: LightBy) -> [f64; 2] {
+    match light {
+        LightBy::Normal => [f64::INFINITY; 2],
+        _ => [WIDEST_TURN, part_of_fastest(scene, materials, LONGEST_TURNED_PART, TURN_HALVINGS_AT_MOST)],
+    }
+}
+
+/// The step, halved down to a share of the shortest time constant but `at_most` times [s]. Infinite where the step is that short.
+fn part_of_fastest(scene: &Scene, materials: &[Material], share: f64, at_most: f64) -> f64 {
     let constants = materials.iter().zip(hottest(scene, materials));
     let shortest =
         constants.filter_map(|(material, hottest)| time_constant(material, hottest)).fold(f64::INFINITY, f64::min);
-    let part = halved(scene.time.step, LONGEST_PART * shortest, HALVINGS_AT_MOST);
+    let part = halved(scene.time.step, share * shortest, at_most);
     if part < scene.time.step { part } else { f64::INFINITY }
 }
 

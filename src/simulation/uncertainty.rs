@@ -29,6 +29,7 @@ use super::prepare::Prepared;
 use crate::environment::StepLoad;
 use crate::environment::shadow::{CornerLight, LightAndPoses, Lit, LitAreas};
 use crate::exchange::turn::turned;
+use crate::exchange::uncertainty::swung;
 use crate::model::nodes::GROUP;
 use crate::scene::Initial;
 use crate::thermal::misfit::{Misfit, check_length, part};
@@ -50,6 +51,11 @@ const COLDEST: f64 = 20.0;
 
 /// A turn from which on the light of a step says nothing of its mean [rad].
 const FULL_TURN: f64 = std::f64::consts::TAU;
+
+/// Standard deviation of what the mean of an interval lacks where light jumps at any time within it, over the jump: 1 over the root of 12, as half of the square for each of both second differences.
+const SUDDEN: f64 = 0.204;
+/// Second difference of the sunlight, over the sunlight, of a face that turns evenly by as much as an interval allows (4 deg).
+const EVEN: f64 = 0.005;
 
 /// Rounding of a temperature in f32, over the temperature.
 const ROUNDING: f64 = 1.0 / (1 << 24) as f64;
@@ -82,8 +88,10 @@ pub(crate) struct UncertaintyState {
     fluxes: Vec<f64>,
     /// Change of each node's light by the last finding [W/m2].
     jumps: Vec<f64>,
+    /// Direct sunlight that each node absorbs at the last two findings of the light, over the sunlight on a plate that faces it.
+    sunlit: [Vec<f64>; 2],
     nodes: Vec<NodeErrors>,
-    /// Temperature of each node at the end of the last step [K], where steps are taken in equal parts.
+    /// Temperature of each node at the end of the last step [K].
     temperatures: Vec<f32>,
     /// What each node radiates more for each kelvin [W/K].
     radiated: Vec<f64>,
@@ -106,10 +114,14 @@ struct NodeErrors {
     steps: f64,
     /// By light that is held until the next finding, and by poses of joints that are held for a step.
     held: f64,
+    /// By light that comes or goes at once within a step, whenever that is. It errs anew in each step.
+    sudden: f64,
     /// By the size of patches, and by lines between what nodes receive of the craft.
     exchange: f64,
-    /// By the noise of exchange's rays, and by light and rows of exchange that are held. It is alike over a patch.
+    /// By the noise of exchange's rays, by light of exchange that is held, and by straight lines between its rows. It is alike over a patch.
     alike: f64,
+    /// By rows of exchange that are held, which err both ways in turn.
+    rows: f64,
     /// By infrared that arrives late, with its sign: what the node lacks.
     late: f64,
     /// By straight lines to the nodes to which the node conducts.
@@ -120,8 +132,8 @@ struct NodeErrors {
 
 impl NodeErrors {
     fn square(&self) -> f64 {
-        let Self { steps, held, exchange, alike, late, lines, rounding } = self;
-        [steps, held, exchange, alike, late, lines, rounding].iter().map(|error| *error * *error).sum()
+        let Self { steps, held, sudden, exchange, alike, rows, late, lines, rounding } = self;
+        [steps, held, sudden, exchange, alike, rows, late, lines, rounding].iter().map(|error| *error * *error).sum()
     }
 }
 
@@ -219,27 +231,17 @@ impl<'a> Uncertainty<'a> {
 
     /// Takes the temperatures [K] at the end of a step.
     pub(crate) fn pass(&mut self, passing: Passing, temperatures: &[f32]) {
-        let parts = passing.equal_parts(&self.prepared.loads);
         let before = std::mem::take(&mut self.state.temperatures);
-        let steps = passing.steps / f64::from(parts);
-        let length = (passing.end - passing.start) / f64::from(parts);
-        for part in 0..parts {
-            let start = passing.start + f64::from(part) * length;
-            let load = self.prepared.loads.step_load(start, start + length);
-            let share = (part + 1) as f32 / parts as f32;
+        for part in passing.parts(&self.prepared.loads) {
+            let load = self.prepared.loads.step_load(part.start, part.end);
+            let share = ((part.end - passing.start) / (passing.end - passing.start)) as f32;
             // A straight line leads to temperatures within the step. Without earlier temperatures all parts have the last ones.
             let on_the_way = |(before, end): (&f32, &f32)| before + share * (end - before);
             let within: Vec<f32> = before.iter().zip(temperatures).map(on_the_way).collect();
-            let within = if before.is_empty() { temperatures } else { &within };
-            self.advance(&load, steps, steps * self.prepared.scene.time.step, within);
+            let within = if before.is_empty() || part == passing { temperatures } else { &within };
+            self.advance(&load, part.steps, part.steps * self.prepared.scene.time.step, within);
         }
-        self.keep_for_parts(temperatures);
-    }
-
-    fn keep_for_parts(&mut self, temperatures: &[f32]) {
-        if self.parts_of_a_step() > 1 {
-            self.state.temperatures = temperatures.to_vec();
-        }
+        self.state.temperatures = temperatures.to_vec();
     }
 
     /// Number of equal parts of a step of the scene.
@@ -269,8 +271,9 @@ impl<'a> Uncertainty<'a> {
         }
         self.state.fluxes = self.absorbed(&load).nodes;
         self.state.jumps.fill(0.0);
+        self.state.sunlit = Default::default();
         self.state.nodes.iter_mut().for_each(|node| node.late = 0.0);
-        self.keep_for_parts(temperatures);
+        self.state.temperatures = temperatures.to_vec();
     }
 
     /// Carries the errors through the orbit before the run.
@@ -303,7 +306,7 @@ impl<'a> Uncertainty<'a> {
         };
         (self.state.deviations, self.state.spreads) = mean.par_iter().enumerate().map(settled).unzip();
         loads.iter().for_each(|load| self.advance(load, 1.0, length, temperatures));
-        self.state.nodes.iter_mut().for_each(|node| (node.steps, node.held) = (0.0, 0.0));
+        self.state.nodes.iter_mut().for_each(|node| (node.steps, node.held, node.sudden) = (0.0, 0.0, 0.0));
     }
 
     /// Finds the light of corners anew where the last one no longer holds.
@@ -325,6 +328,7 @@ impl<'a> Uncertainty<'a> {
             self.state.jumps =
                 held.nodes.iter().zip(&absorbed.nodes).map(|(held, found)| (found - held).abs()).collect();
         }
+        let sudden = self.sudden(load, &absorbed, is_found);
         if let Some(exchange) = &mut self.exchange {
             exchange.take(load, steps, temperatures, |node| self.state.nodes[node].late, &self.state.lit);
         }
@@ -338,6 +342,7 @@ impl<'a> Uncertainty<'a> {
         let lines = lines::lines(self.prepared, temperatures);
         let turns = self.turns(load.start, length);
         let held_time = self.exchange.as_ref().map_or(0.0, ExchangeErrors::held_time);
+        let rows_held_for = self.exchange.as_ref().map_or(0.0, ExchangeErrors::rows_held_for);
         let carried = |node: usize| {
             let before = &self.state.nodes[node];
             let balance = self.balance_of_node(node, 0.0, temperatures);
@@ -349,7 +354,9 @@ impl<'a> Uncertainty<'a> {
             let held = held.hypot(absorbed.nodes[node] * turns.get(self.joint(node)).unwrap_or(&0.0));
             let exchanged = self.exchange.as_ref().map(|exchange| exchange.of_node(node)).unwrap_or_default();
             // Heat leaves what errs alike over its rim alone. Late light errs alike over neighbours too, so none of it is conducted away.
-            let [alike_kept, alike_gained] = self.balance_of_node(node, exchanged.area, temperatures).passed(length);
+            let alike = self.balance_of_node(node, exchanged.area, temperatures);
+            let [alike_kept, alike_gained] = alike.passed(length);
+            let (rows_rate, alike_slope) = alike.rate(rows_held_for);
             let alone = self.balance_of_node(node, f64::INFINITY, temperatures);
             let [late_kept, late_gained] = alone.passed(length);
             let corrected = exchanged.corrected * alone.passed((held_time - length).max(0.0))[1];
@@ -359,8 +366,10 @@ impl<'a> Uncertainty<'a> {
             NodeErrors {
                 steps: before.steps * kept + change / slope * within_step(rate),
                 held: before.held * kept + held * gained,
+                sudden: (before.sudden * kept).hypot(sudden.get(node).unwrap_or(&0.0) * gained),
                 exchange: before.exchange * kept + exchanged.own * gained,
                 alike: before.alike * alike_kept + exchanged.alike * alike_gained,
+                rows: exchanged.rows / alike_slope * swung(rows_rate),
                 late: (before.late + corrected) * late_kept + exchanged.late * late_gained + rising,
                 lines: lines.get(node).map_or(0.0, |line| line * balance.conducted_share()),
                 rounding: (before.rounding * kept).hypot(ROUNDING * temperature),
@@ -373,6 +382,29 @@ impl<'a> Uncertainty<'a> {
         (self.state.deviations, self.state.spreads) = corners.into_iter().unzip();
         self.state.nodes = nodes;
         self.state.fluxes = absorbed.nodes;
+    }
+
+    /// Uncertainty of the sunlight that each node absorbs [W/m2] because it may come or go at any time within the interval, where light was found for it. Empty where none was.
+    ///
+    /// Sunlight that changes evenly has no second difference over three findings. Sunlight that jumps from one finding to the next has two of its own size, one after the other.
+    fn sudden(&mut self, load: &StepLoad, absorbed: &Absorbed, is_found: bool) -> Vec<f64> {
+        let sunlight: f64 = load.sun.iter().map(|sample| sample.flux).sum();
+        if sunlight <= 0.0 {
+            // The Sun comes back from elsewhere.
+            self.state.sunlit = Default::default();
+        }
+        if !is_found || sunlight <= 0.0 {
+            return Vec::new();
+        }
+        let now: Vec<f64> = absorbed.solar.iter().map(|flux| flux / sunlight).collect();
+        let [first, second] = &self.state.sunlit;
+        let sudden = |((first, second), now): ((&f64, &f64), &f64)| {
+            SUDDEN * sunlight * ((first - 2.0 * second + now).abs() - EVEN).max(0.0)
+        };
+        let found = first.iter().zip(second).zip(&now).map(sudden).collect();
+        let last = std::mem::replace(&mut self.state.sunlit[1], now);
+        self.state.sunlit[0] = last;
+        found
     }
 
     /// Light that a step with each joint in the pose of its middle errs by, over the light: the mean of 1 - cos over the turn in the step, turn^2 / 24.

@@ -66,10 +66,10 @@ impl Redraw {
             let (Some(before), Some(now)) = (before.get(*joint as usize), now.get(*joint as usize)) else {
                 return before.len() != now.len();
             };
-            let turn = DQuat::from_mat3(&(before.matrix3.transpose() * now.matrix3)).normalize();
+            let turn = turn_between(before, now);
             let middle = 0.5 * (*low + *high);
             let moved = before.transform_point3(middle).distance(now.transform_point3(middle));
-            angle_of(turn) > self.angle.max(STILL) || moved > self.angle.max(STILL) * size
+            turn > self.angle.max(STILL) || moved > self.angle.max(STILL) * size
         })
     }
 }
@@ -87,7 +87,8 @@ pub(super) fn sun_of(load: &StepLoad) -> Option<DVec3> {
     load.sun.iter().map(|sample| sample.direction * sample.flux).sum::<DVec3>().try_normalize()
 }
 
-/// Angle of a rotation [rad], in [0, pi], exact for small ones.
-fn angle_of(turn: DQuat) -> f64 {
+/// Angle by which one pose is turned against another [rad], in [0, pi], exact for small ones.
+pub(crate) fn turn_between(before: &DAffine3, now: &DAffine3) -> f64 {
+    let turn = DQuat::from_mat3(&(before.matrix3.transpose() * now.matrix3)).normalize();
     2.0 * turn.xyz().length().atan2(turn.w.abs())
 }

@@ -10,7 +10,6 @@ use crate::environment::shadow::Lit;
 use crate::exchange::lead::Lead;
 use crate::exchange::sky::{Due, LastFound, Renewal};
 use crate::exchange::step::{CraftLight, Exchange};
-use crate::exchange::uncertainty::{FluxUncertainty, held_rows};
 use crate::simulation::exchange::ExchangeCraft;
 use crate::simulation::exchange_poses::RowsBetween;
 use crate::thermal::misfit::{Misfit, check_length};
@@ -44,8 +43,6 @@ struct ExchangeProgress {
     steps: u64,
     /// Errors so far: noise, bounces that are left out, late arrival, light that is held, and size of patches.
     errors: [ErrorSpread; 5],
-    /// What is uncertain of the flux that each patch absorbs [W/m2], as last estimated.
-    uncertain: Vec<FluxUncertainty>,
 }
 
 /// The saved state of an exchange beside the run.
@@ -172,7 +169,7 @@ impl ExchangeCheck {
         if self.progress.steps.is_multiple_of(EVERY) {
             let bounces = self.craft.settings.bounces;
             let errors = exchange.errors(sent, &self.progress.light, bounces);
-            let mut uncertain = exchange.uncertainty(&errors, absorbed, held.as_deref());
+            let uncertain = exchange.uncertainty(&errors, absorbed, held.as_deref());
             for (number, (patch, (kelvin, _))) in warm_ones() {
                 self.progress.errors[0].add(kelvin * uncertain[number].rays, patch.area);
                 self.progress.errors[4].add(kelvin * uncertain[number].size, patch.area);
@@ -180,13 +177,6 @@ impl ExchangeCheck {
                 // Light that was found for this very step has no such error.
                 self.progress.errors[3].add(kelvin * held.as_ref().map_or(0.0, |held| held[number]), patch.area);
             }
-            if let Some([from, to]) = ends {
-                // Rows are held while a joint moves.
-                let [first, second] = [from, to].map(|exchange| exchange.absorbed(sent, &self.progress.light));
-                let late = held_rows(&first, &second, from.share_to_hold(to));
-                uncertain.iter_mut().zip(late).for_each(|(flux, late)| flux.held = flux.held.hypot(late));
-            }
-            self.progress.uncertain = uncertain;
         }
     }
 

@@ -39,6 +39,8 @@ pub(super) struct AbsorbingCorner {
 pub(super) struct Absorbed {
     pub(super) corners: Vec<CornerFlux>,
     pub(super) nodes: Vec<f64>,
+    /// Direct sunlight on nodes, as part of the whole.
+    pub(super) solar: Vec<f64>,
 }
 
 /// Absorbed light on a corner [W/m2].
@@ -105,9 +107,10 @@ impl<'a> AbsorbingSurface<'a> {
         for ((node, flux), corner) in triangles.iter().zip(&corners).zip(&self.corners) {
             sums[*node as usize] += corner.area * flux.solar;
         }
-        let nodes = sums.iter().zip(&self.areas).zip(of_nodes);
-        let nodes = nodes.map(|((sum, area), planet)| if *area > 0.0 { sum / area + planet } else { 0.0 }).collect();
-        Absorbed { corners, nodes }
+        let mean = |(sum, area): (&f64, &f64)| if *area > 0.0 { sum / area } else { 0.0 };
+        let solar: Vec<f64> = sums.iter().zip(&self.areas).map(mean).collect();
+        let nodes = solar.iter().zip(of_nodes).map(|(solar, planet)| solar + planet).collect();
+        Absorbed { corners, nodes, solar }
     }
 }
 

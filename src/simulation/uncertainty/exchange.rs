@@ -40,8 +40,8 @@ pub(super) struct ExchangeErrors {
 #[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct ExchangeErrorState {
     last: LastFound,
-    /// The last poses of the joints for which rays were cast.
-    poses: Vec<Vec<DAffine3>>,
+    /// The last poses of the joints for which rays were cast, and when [s].
+    poses: Vec<(f64, Vec<DAffine3>)>,
     light: CraftLight,
     lead: Lead,
     /// Flux that each patch absorbs since infrared was found, and what it would absorb of the true emission at that time [W/m2].
@@ -49,6 +49,9 @@ pub(super) struct ExchangeErrorState {
     at_start: Vec<f64>,
     /// Uncertainty of this flux that is alike over the patch, and that differs within it [W/m2].
     uncertain: Vec<[f64; 2]>,
+    /// Uncertainty by rows that are held while a joint moves [W/m2], empty before one has, and the time for which they are [s].
+    rows: Vec<f64>,
+    rows_held_for: f64,
     /// Flux that a patch lacks because infrared arrives late, with its sign [W/m2]: as the last time for which infrared was held told it, and by how much this differs from the
     /// value before.
     late: Vec<f64>,
@@ -70,6 +73,8 @@ pub(super) struct NodeFluxError {
     pub(super) own: f64,
     /// Uncertainty that is alike over the nodes of a patch [W/m2].
     pub(super) alike: f64,
+    /// Uncertainty by rows that are held, which err both ways in turn [W/m2].
+    pub(super) rows: f64,
     /// Area of the largest patch of the node [m2].
     pub(super) area: f64,
     /// Lack by late arrival, with its sign [W/m2].
@@ -78,6 +83,14 @@ pub(super) struct NodeFluxError {
     pub(super) corrected: f64,
     /// Change of the flux over the time for which infrared was held, in the step that ends this time [W/m2].
     pub(super) rising: f64,
+}
+
+/// Uncertainty of what patches absorb while joints move [W/m2]: by rows that are held, and for how long they are [s], and by straight lines between rows of poses.
+#[derive(Debug, Default)]
+struct BetweenRows {
+    held: Vec<f64>,
+    held_for: f64,
+    bent: Vec<f64>,
 }
 
 impl ExchangeErrors {
@@ -106,7 +119,7 @@ impl ExchangeErrors {
     ) {
         self.state.corrected.clear();
         self.state.rising.clear();
-        let turned = self.turn(&load.joints);
+        let turned = self.turn(load.start, &load.joints);
         let due = self.renewal.due(load, steps, self.state.absorbed.is_empty());
         let Some(exchange) = self.casts.last().filter(|_| due != Due::Nothing) else { return };
         let temperature = |node: usize| f64::from(temperatures[node]);
@@ -144,11 +157,12 @@ impl ExchangeErrors {
             self.state.estimated_for = sum;
             let errors = exchange.errors(&sent, light, self.craft.settings.bounces);
             let uncertain = exchange.uncertainty(&errors, &absorbed, held.as_deref());
-            let rows = self.between_rows(&sent);
-            let rows = |patch: usize| rows.as_ref().map_or(0.0, |rows| rows[patch]);
+            let between = self.between_rows(&sent).unwrap_or_default();
+            let bent = |patch: usize| between.bent.get(patch).unwrap_or(&0.0);
             let both =
-                |(patch, flux): (usize, &FluxUncertainty)| [flux.rays.hypot(flux.held).hypot(rows(patch)), flux.size];
+                |(patch, flux): (usize, &FluxUncertainty)| [flux.rays.hypot(flux.held).hypot(*bent(patch)), flux.size];
             self.state.uncertain = uncertain.iter().enumerate().map(both).collect();
+            (self.state.rows, self.state.rows_held_for) = (between.held, between.held_for);
             self.state.lines = self.lines(&absorbed);
         }
         (self.state.absorbed, self.state.at_start) = (absorbed, at_start);
@@ -156,8 +170,8 @@ impl ExchangeErrors {
     }
 
     /// Casts rays for poses that differ from the last ones by more than the scene's angle. Returns whether it did.
-    fn turn(&mut self, poses: &[DAffine3]) -> bool {
-        let holds = |last: &Vec<DAffine3>| turned(last, poses) <= self.craft.settings.redraw_angle;
+    fn turn(&mut self, now: f64, poses: &[DAffine3]) -> bool {
+        let holds = |(_, last): &(f64, Vec<DAffine3>)| turned(last, poses) <= self.craft.settings.redraw_angle;
         if self.state.poses.last().is_some_and(holds) {
             return false;
         }
@@ -166,24 +180,30 @@ impl ExchangeErrors {
             self.state.poses.remove(0);
         }
         self.casts.push(self.craft.cast(poses));
-        self.state.poses.push(poses.to_vec());
+        self.state.poses.push((now, poses.to_vec()));
         self.renewal.new_rows();
         true
     }
 
-    /// Uncertainty of what patches absorb [W/m2] by rows that are means of two poses, and are held. `None` where no joint has moved.
-    fn between_rows(&self, sent: &[f64]) -> Option<Vec<f64>> {
+    /// Uncertainty of what patches absorb by rows that are means of two poses, and are held. `None` where no joint has moved.
+    fn between_rows(&self, sent: &[f64]) -> Option<BetweenRows> {
         let absorbed: Vec<Vec<f64>> =
             self.casts.iter().map(|exchange| exchange.absorbed(sent, &self.state.light)).collect();
         let [.., first, second] = &absorbed[..] else { return None };
         let [.., from, to] = &self.casts[..] else { return None };
-        let mut rows = held_rows(first, second, from.share_to_hold(to));
-        if let [before, first, second] = &absorbed[..] {
-            for (patch, error) in rows.iter_mut().enumerate() {
-                *error = error.hypot(BETWEEN_ROWS * (before[patch] - 2.0 * first[patch] + second[patch]));
-            }
+        let [.., (start, _), (end, _)] = &self.state.poses[..] else { return None };
+        let hold = from.share_to_hold(to);
+        // The first step begins when its past ends.
+        let time = if end == start { f64::INFINITY } else { (end - start).abs() };
+        let mut between = BetweenRows { held: held_rows(first, second, hold), held_for: hold * time, bent: Vec::new() };
+        if let ([before, first, second], [way_before, ..]) = (&absorbed[..], &self.casts[..]) {
+            let [before_from, from_to] = [0, 1].map(|at| turned(&self.state.poses[at].1, &self.state.poses[at + 1].1));
+            // A way that bends is halved.
+            let halved = if from.bends([way_before, to], from_to / before_from) { 0.25 } else { 1.0 };
+            let bent = |patch: usize| halved * BETWEEN_ROWS * (before[patch] - 2.0 * first[patch] + second[patch]);
+            between.bent = (0..first.len()).map(bent).collect();
         }
-        Some(rows)
+        Some(between)
     }
 
     /// Half of the difference between what each node absorbs, where its patches absorb some flux [W/m2], and the mean of the nodes beside it. An image draws straight
@@ -225,6 +245,7 @@ impl ExchangeErrors {
             NodeFluxError {
                 own: both.own.hypot(own),
                 alike: both.alike.hypot(alike),
+                rows: both.rows.hypot(of_patch(&self.state.rows)),
                 area: both.area.max(self.craft.patches.all[*patch as usize].area),
                 late: both.late + of_patch(&self.state.late),
                 corrected: both.corrected + of_patch(&self.state.corrected),
@@ -236,6 +257,11 @@ impl ExchangeErrors {
     /// Time for which the last infrared was held [s].
     pub(super) fn held_time(&self) -> f64 {
         self.renewal.held
+    }
+
+    /// Time for which rows are held while a joint moves [s].
+    pub(super) fn rows_held_for(&self) -> f64 {
+        self.state.rows_held_for
     }
 
     pub(super) fn save(&self) -> ExchangeErrorState {
@@ -251,14 +277,14 @@ impl ExchangeErrors {
         saved.light.check_patches(patches)?;
         saved.lead.check_patches(patches)?;
         check_length("uncertain light", &saved.uncertain, if saved.uncertain.is_empty() { 0 } else { patches })?;
-        let state = [&saved.absorbed, &saved.at_start, &saved.late, &saved.corrected];
+        let state = [&saved.absorbed, &saved.at_start, &saved.late, &saved.corrected, &saved.rows];
         for values in state.into_iter().filter(|values| !values.is_empty()) {
             check_length("light that patches absorb", values, patches)?;
         }
         if !saved.lines.is_empty() {
             check_length("differences between nodes", &saved.lines, self.craft.patches.of_node.len())?;
         }
-        self.casts = saved.poses.iter().take(POSES).map(|poses| self.craft.cast(poses)).collect();
+        self.casts = saved.poses.iter().take(POSES).map(|(_, poses)| self.craft.cast(poses)).collect();
         self.renewal.last.clone_from(&saved.last);
         self.state.clone_from(saved);
         Ok(())

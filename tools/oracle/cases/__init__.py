@@ -1,6 +1,6 @@
 """The cases, in the order in which they run."""
 
-from . import abutting, comb, eclipse, floor_wall, hinge, hole, sandwich, slab, station_cut, tube, wedge
+from . import abutting, can, comb, eclipse, floor_wall, hinge, hole, sandwich, slab, spin, station_cut, tube, wedge
 
 ALL = [
     *abutting.CASES,
@@ -8,6 +8,8 @@ ALL = [
     *slab.CASES,
     *comb.CASES,
     *tube.CASES,
+    *spin.CASES,
+    *can.CASES,
     *hole.CASES,
     *floor_wall.CASES,
     *wedge.CASES,
