@@ -170,11 +170,11 @@ impl StepLoads {
 
     /// Whether the Sun or a joint turns so far against the craft that one finding of the light would not do for the interval, which may be shorter.
     fn turns_far(&self, start: f64, end: f64) -> bool {
-        end - start > self.turn[1] * (1.0 + ROUNDING) && self.turned(start, end) > 1.0 + ROUNDING
+        end - start > self.turn[1] * (1.0 + ROUNDING) && self.turn_share(start, end) > 1.0 + ROUNDING
     }
 
     /// Largest turn of the Sun or of a joint against the craft from `start` to `end` [s], over the turn above which a step is halved. 0 where light needs no parts.
-    pub(crate) fn turned(&self, start: f64, end: f64) -> f64 {
+    pub(crate) fn turn_share(&self, start: f64, end: f64) -> f64 {
         /// Chords of the way of a joint.
         const CHORDS: u32 = 4;
         if self.environment.solar_constant.is_none() || self.turn[0].is_infinite() {

@@ -2,6 +2,8 @@
 
 use glam::{DAffine3, DQuat, DVec3};
 
+use crate::environment::shadow::turn_between;
+
 /// A turn below this is rounding [rad].
 const STILL: f64 = 1e-9;
 
@@ -11,9 +13,7 @@ pub(crate) fn turned(before: &[DAffine3], now: &[DAffine3]) -> f64 {
         return f64::INFINITY;
     }
     let turn = |(a, b): (&DAffine3, &DAffine3)| {
-        let turn = DQuat::from_mat3(&(a.matrix3.transpose() * b.matrix3)).normalize();
-        let angle = 2.0 * turn.xyz().length().atan2(turn.w.abs());
-        angle.max(a.translation.distance(b.translation) / (1.0 + a.translation.length()))
+        turn_between(a, b).max(a.translation.distance(b.translation) / (1.0 + a.translation.length()))
     };
     before.iter().zip(now).map(turn).fold(0.0, f64::max)
 }

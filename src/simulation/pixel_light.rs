@@ -103,7 +103,7 @@ impl PixelLight {
         let step = scene.time.step;
         let times = || surface.foils.iter().flatten().map(Foil::time_constant);
         let (shortest, longest) = (times().fold(f64::INFINITY, f64::min), times().fold(0.0, f64::max));
-        let turned = loads.turned(0.0, step);
+        let turned = loads.turn_share(0.0, step);
         let stride = ((INTERVAL * shortest).max(MEMORY * longest / f64::from(INTERVALS)) / step).min(turned.recip());
         let part = || loads.turned_part(step).max(LEAST_INTERVAL * shortest).min(step);
         let interval = if turned > 1.0 { part() } else { step * stride.floor().max(1.0) };
