@@ -13,7 +13,12 @@ import numpy as np
 from opencv_points import exr
 
 from .case import Case
-from .cases import ALL
+
+# `check` runs where numpy alone is installed. What `make` needs is hidden from it, so that a case that asks for more fails on every machine.
+if sys.argv[1:2] == ["check"]:
+    sys.modules.update({"scipy": None, "embreex": None})
+
+from .cases import ALL  # noqa: E402
 
 HERE = Path(__file__).resolve().parent
 DATA = HERE / "data"

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import gltf, pixels, rays, scenes, shapes
+from .. import gltf, scenes, shapes
 from ..camera import Camera
 from ..case import Bounds, Case
 
@@ -34,6 +34,7 @@ def _build(max_edge: float):
 
 
 def _truth() -> list:
+    from .. import pixels, rays
     from ..balance import Finish
     from ..places import followed
 
