@@ -179,6 +179,8 @@ impl Basis {
         let stated = base.exchange.take();
         // The fitted transitions need the network's values.
         let network = responses::network(&base, &mut |_| ())?;
+        // Choices without light between surfaces have the same nodes.
+        base.density.clone_from(&network.scene.density);
         says("model choices: what transitions are fitted to");
         let areas: Vec<f64> =
             network.nodes.node_of_vertex.iter().map(|node| network.nodes.areas[*node as usize]).collect();

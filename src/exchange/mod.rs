@@ -33,4 +33,5 @@ pub(crate) mod split;
 pub(crate) mod step;
 pub(crate) mod turn;
 pub(crate) mod uncertainty;
+mod uneven;
 pub(crate) mod words;

@@ -36,7 +36,8 @@ pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], facts: &[Material
     let density = &prepared.scene.density;
     let chosen = |shape: &PartShape| {
         let edges = density.parts.iter().find(|rule| rule.matches(&prepared.parts[shape.part as usize]));
-        edges.map_or(density.model.max, |rule| rule.edges.max).is_some_and(|edge| edge < extent)
+        let of_model = density.model.max.filter(|_| !density.is_chosen);
+        edges.map_or(of_model, |rule| rule.edges.max).is_some_and(|edge| edge < extent)
     };
     let coarse: Vec<&PartShape> = shapes
         .iter()

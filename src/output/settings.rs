@@ -263,7 +263,7 @@ fn of_sensor(sensor: &Sensor) -> Vec<(&'static str, String)> {
 }
 
 fn max_edge(edge: Option<f64>) -> String {
-    edge.map_or("as in the file".to_owned(), |edge| format!("{edge} m"))
+    edge.filter(|edge| edge.is_finite()).map_or("as in the file".to_owned(), |edge| format!("{edge} m"))
 }
 
 fn min_edge(edge: Option<f64>) -> String {

@@ -11,7 +11,7 @@ use crate::model::{Model, Part};
 /// The edge lengths that a part asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Edges {
-    /// Longer edges are split [m]. `None` keeps the file's triangles.
+    /// Longer edges are split [m]. An infinite one keeps the file's triangles. `None` leaves the choice to the program.
     pub max: Option<f64>,
     /// Shorter edges are merged [m]. `None` merges nothing.
     pub min: Option<f64>,
@@ -33,6 +33,8 @@ pub struct Density {
     pub model: Edges,
     /// The rules in file order. The first rule that matches a part's name wins.
     pub parts: Vec<PartRule>,
+    /// Whether the program chose the longest edge of `[model]`.
+    pub is_chosen: bool,
 }
 
 impl PartRule {
@@ -57,6 +59,13 @@ impl Density {
     /// Shortest edge of every part [m], 0 where nothing is merged.
     pub(crate) fn min_edges(&self, model: &Model) -> Vec<f64> {
         model.parts.iter().map(|part| self.of(part).min.unwrap_or(0.0)).collect()
+    }
+
+    /// The assumption of a scene that states no longest edge, where the program chooses none.
+    pub(super) fn assumed(&self, keeps_file: bool) -> Option<String> {
+        let is_stated = self.model.max.is_some() || self.parts.iter().any(|part| part.edges.max.is_some());
+        let told = || "The model's triangles are not subdivided (model.max_edge is absent).".to_string();
+        (keeps_file && !is_stated).then(told)
     }
 
     /// One sentence for each pattern that has no effect.
@@ -84,13 +93,10 @@ impl Density {
     }
 }
 
-pub(super) fn read(model: &Section, parts: &[Section], assumptions: &mut Vec<String>) -> Result<Density, SceneError> {
+pub(super) fn read(model: &Section, parts: &[Section]) -> Result<Density, SceneError> {
     let whole = edges(model, Edges::default())?;
     let parts = parts.iter().map(|section| part(section, whole)).collect::<Result<Vec<_>, _>>()?;
-    if whole.max.is_none() && parts.iter().all(|part| part.edges.max.is_none()) {
-        assumptions.push("The model's triangles are not subdivided (model.max_edge is absent).".to_string());
-    }
-    Ok(Density { model: whole, parts })
+    Ok(Density { model: whole, parts, is_chosen: false })
 }
 
 fn part(section: &Section, whole: Edges) -> Result<PartRule, SceneError> {
@@ -103,7 +109,16 @@ fn part(section: &Section, whole: Edges) -> Result<PartRule, SceneError> {
 
 /// The edge lengths that a section states. `whole` fills in the missing ones.
 fn edges(section: &Section, whole: Edges) -> Result<Edges, SceneError> {
-    let max = section.number("max_edge", Quantity::positive("m"))?;
+    let max = match section.string("max_edge") {
+        Ok(Some("file")) => Some(f64::INFINITY),
+        Ok(Some(other)) => {
+            let message = format!(
+                "must be a length above 0 [m], or \"file\", which keeps the file's triangles; found \"{other}\""
+            );
+            return Err(section.error("max_edge", message));
+        }
+        _ => section.number("max_edge", Quantity::positive("m"))?,
+    };
     let min = section.number("min_edge", Quantity::non_negative("m"))?;
     if let (Some(longest), Some(shortest)) = (max.or(whole.max), min.or(whole.min))
         && shortest > longest

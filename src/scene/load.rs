@@ -77,13 +77,12 @@ impl Scene {
         let file = SourceFile::new(path, text, reach, faults);
         let table = file.parse()?;
         let root = Section::root(&file, &table, keys::ROOT)?;
-        let mut assumptions = Vec::new();
-        let mut files = vec![path.to_path_buf()];
+        let (mut assumptions, mut files) = (Vec::new(), vec![path.to_path_buf()]);
 
         let model = root.required_table("model", keys::MODEL)?;
         let model_path = model_path(&model)?;
         files.push(model_path.clone());
-        let density = density::read(&model, &root.tables("part", keys::PART)?, &mut assumptions)?;
+        let density = density::read(&model, &root.tables("part", keys::PART)?)?;
         let sky = SkyScene::read(&root, path, &mut files, &mut assumptions)?;
         let mut sky_files = files[2..].to_vec();
         let time = sky.time.clone();
@@ -92,6 +91,7 @@ impl Scene {
             exchange::read(root.table("exchange", keys::EXCHANGE)?.as_ref(), shadows.is_some(), &mut assumptions)?;
         let joints = joint::read(&root.tables("joint", keys::JOINT)?, &mut files, &mut assumptions)?;
         let temperatures = temperatures::read(root.table("temperatures", keys::TEMPERATURES)?.as_ref(), &mut files)?;
+        assumptions.extend(density.assumed(temperatures.is_some() || (shadows.is_none() && exchange.is_none())));
         let materials = read_materials(&root, (path, reach, faults), time.step, &mut files, &mut assumptions)?;
         let preset = root.table("camera", keys::CAMERA)?.as_ref().map(preset::read).transpose()?.flatten();
         let section = root.table("radiance", keys::RADIANCE)?;

@@ -1,11 +1,11 @@
-//! Node density: merges and splits edges as the scene asks, within the host's free memory.
+//! Node density: merges and splits edges as the scene asks, or as light needs them, within the host's free memory.
 
 use glam::DVec3;
 
 use super::prepare_error::PrepareStage;
 use crate::host;
 use crate::model::{MergeSummary, Model, ModelError};
-use crate::scene::Scene;
+use crate::scene::{Edges, Scene};
 
 /// Peak host memory for each node while a scene is built [bytes]: the value from `measure -- --build` and a half more.
 pub(super) const HOST_BYTES_A_NODE: usize = 300;
@@ -18,6 +18,31 @@ pub(crate) const LONGEST_CRAFT: f64 = 200.0;
 
 /// Nodes from which a craft that is longer is refused before its edges are split.
 const MOST_NODES_OF_WRONG_UNIT: f64 = 1e6;
+
+/// Longest edge over the root of the craft's area where a scene states none and its surfaces shade or warm each other: some 5,000 nodes.
+const EDGE_OF_ROOT: f64 = 1.0 / 40.0;
+
+/// Chooses the longest edge of a scene that states none [m], where the light on a surface depends on its place.
+pub(super) fn choose(scene: &mut Scene, model: &Model) {
+    let has_light = scene.shadows.is_some() || scene.exchange.is_some();
+    let area: f64 = (0..model.triangles.len()).map(|triangle| model.triangle_area(triangle)).sum();
+    let open = model.parts.iter().any(|part| scene.density.of(part).max.is_none());
+    if !has_light || !open || scene.temperatures.is_some() || area == 0.0 {
+        return;
+    }
+    let edge = EDGE_OF_ROOT * area.sqrt();
+    let digits = 10f64.powf(1.0 - edge.log10().floor());
+    let edge = ((edge * digits).round() / digits).max(scene.density.model.min.unwrap_or(0.0));
+    scene.assumptions.push(format!(
+        "Edges longer than {edge} m are split, because surfaces shade or warm each other (model.max_edge is absent; \"file\" keeps the file's triangles)."
+    ));
+    scene.density.model.max = Some(edge);
+    scene.density.is_chosen = true;
+    // A part that merges longer edges has none that is shorter.
+    for Edges { max, min } in scene.density.parts.iter_mut().map(|rule| &mut rule.edges) {
+        *max = max.or(min.filter(|min| *min > edge));
+    }
+}
 
 /// Merges edges below the scene's shortest edge length. Returns the merged edges, where the scene has such lengths.
 ///
@@ -45,7 +70,10 @@ pub(super) fn split(
     if longest.iter().all(|edge| edge.is_infinite()) {
         return Ok(model);
     }
-    refuse_wrong_unit(&model, &longest)?;
+    // Nobody stated an edge that was chosen, and it makes few nodes.
+    if !scene.density.is_chosen {
+        refuse_wrong_unit(&model, &longest)?;
+    }
     model.subdivide_parts(&longest, node_limit(network), &mut |vertices| progress(PrepareStage::Splitting(vertices)))
 }
 

@@ -155,6 +155,7 @@ pub(super) fn at_density(
     materials: &[Material],
     progress: &mut dyn FnMut(PrepareStage),
 ) -> Result<Dense, PrepareError> {
+    density::choose(scene, &model);
     let (model, merged) = density::merge(scene, model)?;
     scene.assumptions.extend(merged.as_ref().map(density::describe));
     // Splitting appends vertices, so these triangles keep their corners.

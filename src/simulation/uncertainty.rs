@@ -122,6 +122,8 @@ struct NodeErrors {
     alike: f64,
     /// By rows of exchange that are held, which err both ways in turn.
     rows: f64,
+    /// By light that others send unevenly, with its sign.
+    uneven: f64,
     /// By infrared that arrives late, with its sign: what the node lacks.
     late: f64,
     /// By straight lines to the nodes to which the node conducts.
@@ -132,8 +134,11 @@ struct NodeErrors {
 
 impl NodeErrors {
     fn square(&self) -> f64 {
-        let Self { steps, held, sudden, exchange, alike, rows, late, lines, rounding } = self;
-        [steps, held, sudden, exchange, alike, rows, late, lines, rounding].iter().map(|error| *error * *error).sum()
+        let Self { steps, held, sudden, exchange, alike, rows, uneven, late, lines, rounding } = self;
+        [steps, held, sudden, exchange, alike, rows, uneven, late, lines, rounding]
+            .iter()
+            .map(|error| *error * *error)
+            .sum()
     }
 }
 
@@ -353,7 +358,7 @@ impl<'a> Uncertainty<'a> {
             let held = if is_found { 0.0 } else { self.state.jumps[node] / 3f64.sqrt() };
             let held = held.hypot(absorbed.nodes[node] * turns.get(self.joint(node)).unwrap_or(&0.0));
             let exchanged = self.exchange.as_ref().map(|exchange| exchange.of_node(node)).unwrap_or_default();
-            // Heat leaves what errs alike over its rim alone. Late light errs alike over neighbours too, so none of it is conducted away.
+            // Heat leaves what errs alike over its rim alone. Late and uneven light err alike over neighbours too, so none of it is conducted away.
             let alike = self.balance_of_node(node, exchanged.area, temperatures);
             let [alike_kept, alike_gained] = alike.passed(length);
             let (rows_rate, alike_slope) = alike.rate(rows_held_for);
@@ -370,6 +375,7 @@ impl<'a> Uncertainty<'a> {
                 exchange: before.exchange * kept + exchanged.own * gained,
                 alike: before.alike * alike_kept + exchanged.alike * alike_gained,
                 rows: exchanged.rows / alike_slope * swung(rows_rate),
+                uneven: before.uneven * late_kept + exchanged.uneven * late_gained,
                 late: (before.late + corrected) * late_kept + exchanged.late * late_gained + rising,
                 lines: lines.get(node).map_or(0.0, |line| line * balance.conducted_share()),
                 rounding: (before.rounding * kept).hypot(ROUNDING * temperature),

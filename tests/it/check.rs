@@ -114,9 +114,10 @@ fn values_in_the_wrong_unit_are_told_with_the_material() {
 
 #[test]
 fn coarse_meshes_are_told() {
-    let coarse = ("max_edge = 0.7\n", "");
+    let coarse = ("max_edge = 0.7\n", "max_edge = \"file\"\n");
     let shadows = only(&[coarse, ("[environment]", "[shadows]\n[environment]")], |_| ());
     assert!(shadows.check == "mesh" && shadows.message.contains("too coarse for shadows"), "{shadows:?}");
+    assert_eq!(found(&[("max_edge = 0.7\n", ""), ("[environment]", "[shadows]\n[environment]")], |_| ()), []);
     let sheet = "response = \"network\"\nthickness = 0.002\ndensity = 2700\nspecific_heat = 900\nconductivity = 200\n[radiance]";
     let conduction = found(&[coarse, (MAST, sheet)], |_| ());
     assert!(conduction.iter().any(|one| one.message.contains("too coarse for conduction")), "{conduction:?}");

@@ -192,7 +192,6 @@ fn a_short_scene_says_what_it_assumes() {
     assert_relative_eq!(camera.lens.focal[0], 50.0, epsilon = 1e-12);
     assert_eq!((camera.frame, camera.near), (CameraFrame::Body, 0.1));
     let expected = [
-        "(model.max_edge is absent)",
         "(time.warm_up_orbits is absent)",
         "(environment.planet_radius is absent)",
         "(environment.albedo is absent)",
@@ -206,6 +205,7 @@ fn a_short_scene_says_what_it_assumes() {
         "(attitude.forward_axis is absent)",
         "(there is no section [shadows])",
         "(there is no section [exchange])",
+        "(model.max_edge is absent)",
         "(sides is absent)",
         "(radiance.band_um is absent)",
         "(camera.frame is absent: 'body')",

@@ -116,6 +116,35 @@ fn what_is_shaded_stays_cold() {
     assert!(seen[0] > 10 && seen[1] > 10, "{seen:?}");
 }
 
+/// Longest edge of a scene that states `max_edge` so, or not at all, and what it assumes of it.
+fn chosen(stated: &str, section: &str) -> (Option<f64>, Vec<String>) {
+    let own = "emissivity = 0.8\nheat_capacity_per_area = 100\nresponse = \"radiative\"\n";
+    let text = scene(&[("plate", own)], LIT, section).replace("max_edge = 0.5\n", stated);
+    let scene = squares(&text, &[("plate", [0.0; 3], true)]).prepared().scene;
+    let told = scene.assumptions.iter().filter(|assumption| assumption.contains("model.max_edge is absent"));
+    (scene.density.model.max, told.cloned().collect())
+}
+
+#[test]
+fn edges_are_chosen_where_surfaces_shade_or_warm_each_other() {
+    // The square has 4 m2.
+    for section in ["[shadows]\n", "[exchange]\n"] {
+        let (edge, told) = chosen("", section);
+        assert_eq!(edge, Some(0.05), "{section}");
+        assert!(told.len() == 1 && told[0].starts_with("Edges longer than 0.05 m are split"), "{told:?}");
+        assert_eq!(chosen("max_edge = \"file\"\n", section), (Some(f64::INFINITY), Vec::new()));
+        assert_eq!(chosen("max_edge = 0.3\n", section), (Some(0.3), Vec::new()));
+        assert_eq!(chosen("min_edge = 0.2\n", section).0, Some(0.2));
+        // A part that states an edge leaves none to choose, and one that merges longer edges has its own.
+        let part = |edges: &str| chosen("", &format!("{section}[[part]]\nmatch = \"plate\"\n{edges}\n"));
+        assert_eq!(part("max_edge = \"file\""), (None, Vec::new()));
+        assert_eq!(part("max_edge = 0.4"), (None, Vec::new()));
+        assert_eq!(part("min_edge = 0.2").0, Some(0.05));
+    }
+    let (edge, told) = chosen("", "");
+    assert!(edge.is_none() && told.len() == 1 && told[0].contains("are not subdivided"), "{told:?}");
+}
+
 /// A square has four edges of one triangle, and a second square in the same place coincides with both of its triangles.
 #[test]
 fn surfaces_that_mislead_shadows_are_told() {
@@ -123,7 +152,7 @@ fn surfaces_that_mislead_shadows_are_told() {
     let told = |sides: &str, places: &[[f32; 3]], section: &str| -> Vec<String> {
         let own =
             format!("emissivity = 0.8\nheat_capacity_per_area = 100\nsides = {sides}\nresponse = \"radiative\"\n");
-        let text = scene(&[("plate", &own)], LIT, section).replace("max_edge = 0.5\n", "");
+        let text = scene(&[("plate", &own)], LIT, section).replace("max_edge = 0.5\n", "max_edge = \"file\"\n");
         let all: Vec<(&str, [f32; 3], bool)> = places.iter().map(|place| ("plate", *place, true)).collect();
         let warnings = squares(&text, &all).prepared().warnings;
         warnings.into_iter().filter(|warning| warning.starts_with("[shadows]")).collect()

@@ -22,7 +22,7 @@ def material(name: str, absorptivity: float, emissivity: float, capacity: float,
     return text + ("response = \"radiative\"\n" if conducts is None else f"response = \"network\"\nconductivity = {conducts / 0.001}\n")
 
 
-def write(folder: Path, parts: list[gltf.Part], sections: list[str], camera: Camera, time: str, initial: float | None, max_edge: float | None) -> Path:
+def write(folder: Path, parts: list[gltf.Part], sections: list[str], camera: Camera, time: str, initial: float | None, max_edge: float | str | None) -> Path:
     """A scene and its model in a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     gltf.write(folder / "model.glb", parts)

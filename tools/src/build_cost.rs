@@ -36,7 +36,7 @@ pub fn measure(edges: &[f64], arguments: &[String]) -> Result<(), AnyError> {
 
 /// Builds and steps one density, and prints its row.
 pub fn measure_one(context: &Arc<Context>, mut scene: Scene, edge: f64) -> Result<(), AnyError> {
-    scene.density = Density { model: Edges { max: Some(edge), min: scene.density.model.min }, parts: Vec::new() };
+    scene.density = Density { model: Edges { max: Some(edge), min: scene.density.model.min }, ..Density::default() };
     let before = internals::peak_memory().ok_or("this system does not tell the peak of memory")?;
     let began = Instant::now();
     let prepared = Prepared::from_scene(scene, &mut |_| {})?;

@@ -69,7 +69,7 @@ pub fn measure(
         for length in lengths {
             let mut scene = scene.clone();
             scene.density =
-                Density { model: Edges { max: Some(*edge), min: scene.density.model.min }, parts: Vec::new() };
+                Density { model: Edges { max: Some(*edge), min: scene.density.model.min }, ..Density::default() };
             scene.time.step = *length;
             let steps = ((scene.orbit.period() / length).round() as u32).min(steps);
             row(context, &scene, *edge, steps, tolerance)?;

@@ -47,8 +47,8 @@ pub(super) struct ExchangeErrorState {
     /// Flux that each patch absorbs since infrared was found, and what it would absorb of the true emission at that time [W/m2].
     absorbed: Vec<f64>,
     at_start: Vec<f64>,
-    /// Uncertainty of this flux that is alike over the patch, and that differs within it [W/m2].
-    uncertain: Vec<[f64; 2]>,
+    /// Uncertainty of this flux that is alike over the patch, and that differs within it; flux that the patch lacks because others send unevenly, with its sign [W/m2].
+    uncertain: Vec<[f64; 3]>,
     /// Uncertainty by rows that are held while a joint moves [W/m2], empty before one has, and the time for which they are [s].
     rows: Vec<f64>,
     rows_held_for: f64,
@@ -77,6 +77,8 @@ pub(super) struct NodeFluxError {
     pub(super) rows: f64,
     /// Area of the largest patch of the node [m2].
     pub(super) area: f64,
+    /// Lack because others send unevenly, with its sign [W/m2].
+    pub(super) uneven: f64,
     /// Lack by late arrival, with its sign [W/m2].
     pub(super) late: f64,
     /// What was missing in this lack [W/m2], for the time before the present step for which infrared was held.
@@ -159,9 +161,11 @@ impl ExchangeErrors {
             let uncertain = exchange.uncertainty(&errors, &absorbed, held.as_deref());
             let between = self.between_rows(&sent).unwrap_or_default();
             let bent = |patch: usize| between.bent.get(patch).unwrap_or(&0.0);
-            let both =
-                |(patch, flux): (usize, &FluxUncertainty)| [flux.rays.hypot(flux.held).hypot(*bent(patch)), flux.size];
-            self.state.uncertain = uncertain.iter().enumerate().map(both).collect();
+            let uneven = exchange.missed_unevenness(load, lit, temperature, self.craft.mirrors.is_some());
+            let all = |(patch, flux): (usize, &FluxUncertainty)| {
+                [flux.rays.hypot(flux.held).hypot(*bent(patch)), flux.size, uneven[patch]]
+            };
+            self.state.uncertain = uncertain.iter().enumerate().map(all).collect();
             (self.state.rows, self.state.rows_held_for) = (between.held, between.held_for);
             self.state.lines = self.lines(&absorbed);
         }
@@ -241,12 +245,13 @@ impl ExchangeErrors {
         let alone = NodeFluxError { own: lines, ..NodeFluxError::default() };
         faces.fold(alone, |both, patch| {
             let of_patch = |values: &[f64]| values.get(*patch as usize).copied().unwrap_or(0.0);
-            let [alike, own] = self.state.uncertain.get(*patch as usize).copied().unwrap_or_default();
+            let [alike, own, uneven] = self.state.uncertain.get(*patch as usize).copied().unwrap_or_default();
             NodeFluxError {
                 own: both.own.hypot(own),
                 alike: both.alike.hypot(alike),
                 rows: both.rows.hypot(of_patch(&self.state.rows)),
                 area: both.area.max(self.craft.patches.all[*patch as usize].area),
+                uneven: both.uneven + uneven,
                 late: both.late + of_patch(&self.state.late),
                 corrected: both.corrected + of_patch(&self.state.corrected),
                 rising: both.rising + of_patch(&self.state.rising),

@@ -101,7 +101,7 @@ fn a_saved_state_goes_on_while_infrared_is_held() {
 #[test]
 fn a_convex_craft_has_exchange_without_rows() {
     let folder = Folder::new(
-        "name = \"box\"\n[model]\npath = \"made.glb\"\n[time]\nstep = 60\nsteps = 5\ndraw_every = 0\n[orbit]\naltitude = 408e3\n[attitude]\nmode = \"nadir\"\n\
+        "name = \"box\"\n[model]\npath = \"made.glb\"\nmax_edge = \"file\"\n[time]\nstep = 60\nsteps = 5\ndraw_every = 0\n[orbit]\naltitude = 408e3\n[attitude]\nmode = \"nadir\"\n\
              [environment]\nsolar_constant = 1361\nplanet_ir = 237\neclipse = false\n[initial]\ntemperature = 300\n\
              [[material]]\nmatch = \"skin\"\nabsorptivity = 0.4\nemissivity = 0.63\nsides = \"outside\"\nresponse = \"radiative\"\n\
              heat_capacity_per_area = 200\n[shadows]\n[exchange]\n[radiance]\nband_um = [8, 14]\n",

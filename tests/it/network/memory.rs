@@ -31,7 +31,7 @@ fn skin() -> Prepared {
 fn station(integrator: Integrator) -> Prepared {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/station.toml");
     let mut scene = Scene::load(&path).expect("a scene of this repository");
-    scene.density = Density { model: Edges { max: Some(1.5), min: scene.density.model.min }, parts: Vec::new() };
+    scene.density = Density { model: Edges { max: Some(1.5), min: scene.density.model.min }, ..Density::default() };
     (scene.network.integrator, scene.shadows, scene.energy_balance) = (integrator, None, false);
     scene.joints.clear();
     Prepared::from_scene(scene, &mut |_| ()).expect("a scene that can run")

@@ -1,6 +1,6 @@
 """The cases, in the order in which they run."""
 
-from . import abutting, can, comb, eclipse, floor_wall, hinge, hole, sandwich, slab, spin, station_cut, tube, wedge
+from . import abutting, can, comb, eclipse, floor_wall, hinge, hole, plain, sandwich, slab, spin, station_cut, tube, wedge
 
 ALL = [
     *abutting.CASES,
@@ -10,6 +10,7 @@ ALL = [
     *tube.CASES,
     *spin.CASES,
     *can.CASES,
+    *plain.CASES,
     *hole.CASES,
     *floor_wall.CASES,
     *wedge.CASES,

@@ -14,7 +14,7 @@ PARTS = [
 CAMERA = Camera((5.0, -4.0, 5.0), (1.0, 0.0, 0.0), 50.0)
 
 
-def _build(max_edge: float | None, conducts: float | None):
+def _build(max_edge: float | str, conducts: float | None):
     def build(folder: Path) -> Path:
         sections = [scenes.still_sun(BETA), "[shadows]", scenes.material("skin", 0.6, 0.8, 2430.0, conducts=conducts), scenes.material("wall", 0.3, 0.85, 4860.0, conducts=conducts)]
         time = f"step = {STEP}\nsteps = {STEPS}\ndraw_every = 10\n"
@@ -33,6 +33,6 @@ def _truth() -> list:
 
 CASES = [
     Case(f"abutting_{mesh}_{response}", _build(edge, conducts), _truth, Bounds(largest=1.0), data="abutting", parts=["sheet", "box"], finds="light at vertices: the rim of a part is dark")
-    for mesh, edge in [("coarse", None), ("fine", 0.25)]
+    for mesh, edge in [("coarse", '"file"'), ("fine", 0.25)]
     for response, conducts in [("radiative", None), ("network", 0.4)]
 ]
