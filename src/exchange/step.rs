@@ -25,7 +25,7 @@ use super::sky::PlanetFromPatch;
 use super::slopes::Slopes;
 use crate::environment::StepLoad;
 use crate::environment::load::solar_flux;
-use crate::environment::shadow::{Lit, LitArea};
+use crate::environment::shadow::Lit;
 use crate::stop::both;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::balance::Incident;
@@ -193,10 +193,7 @@ impl Exchange {
         let reflect = |(number, (patch, planet)): (usize, (&Patch, &PlanetShares))| {
             let body_from_joint = load.joint_from_body(patch.joint).transpose();
             let Incident { solar, albedo, planet_ir } = incident(load, body_from_joint * patch.normal);
-            let on_face = |(node, share): &(u32, f64)| {
-                let LitArea { vector, front } = lit.areas[*node as usize];
-                share * if patch.back { 1.0 - front } else { front } * vector
-            };
+            let on_face = |(node, share): &(u32, f64)| *share * lit.areas[*node as usize].on_face(patch.back);
             let solar = match lit.areas.is_empty() {
                 true => solar,
                 false => {

@@ -97,8 +97,7 @@ impl Exchange {
         let diffuse = (1.0 - patch.optics.absorptivity) * if mirrors { 1.0 - patch.gloss.specular } else { 1.0 };
         let reflected = |node: usize| {
             let Some(area) = lit.areas.get(node) else { return 0.0 };
-            let on_face = if patch.back { 1.0 - area.front } else { area.front };
-            diffuse * solar_flux(load, body_from_joint * (on_face * area.vector))
+            diffuse * solar_flux(load, body_from_joint * area.on_face(patch.back))
         };
         [of(&emitted), of(&reflected)]
     }

@@ -15,6 +15,7 @@ mod collapse;
 mod container;
 mod document;
 mod error;
+mod faces;
 mod format;
 mod graph;
 mod instances;

@@ -18,13 +18,17 @@ const CELL: f64 = 64.0;
 const OFF_GRID: f64 = 0.382;
 
 impl Model {
+    /// Diagonal of the box around all vertices [m].
+    pub(super) fn diagonal(&self) -> f64 {
+        let around = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        let widen = |[low, high]: [DVec3; 2], at: &DVec3| [low.min(*at), high.max(*at)];
+        let [low, high] = self.positions.iter().fold(around, widen);
+        (high - low).length()
+    }
+
     /// Moves each vertex that lies within 5e-7 of the craft's diagonal of an earlier one there. No two corners of a triangle become one. Returns how many vertices moved.
     pub(crate) fn snap(mut self) -> (Self, usize) {
-        let around = self
-            .positions
-            .iter()
-            .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], at| [low.min(*at), high.max(*at)]);
-        let within = ROUNDING * (around[1] - around[0]).length();
+        let within = ROUNDING * self.diagonal();
         if !(within > 0.0 && within.is_finite()) {
             return (self, 0);
         }

@@ -1,10 +1,13 @@
-//! Splits triangles until no edge is too long. No crack opens, and the surface stays.
+//! Splits triangles until no edge is too long. No crack opens, and the surface stays but for rounding.
 //!
-//! The positions of its two ends alone decide whether and where an edge is split. Both directions give the same bits.
-//! So triangles that meet along an edge split it alike, even if they share no vertices, as in glTF meshes at every
-//! crease. Parts may have different longest edges. An edge is split if one of its triangles asks for it. A triangle
-//! that does not ask also has its longest edge split, so that no needles arise (Rivara, International Journal for
-//! Numerical Methods in Engineering 20, 1984).
+//! The positions of its two ends alone decide where an edge is split. Both directions give the same bits. So triangles
+//! that meet along an edge split it alike, even if they share no vertices, as in glTF meshes at every crease. Parts may
+//! have different longest edges. An edge is split if one of its triangles asks for it. A triangle that does not ask
+//! also has its longest border split, so that no needles arise (Rivara, International Journal for Numerical Methods in
+//! Engineering 20, 1984).
+//!
+//! Halving keeps the angles of a triangle, so a thin one would end as many slivers. The edges inside a flat face with thin triangles therefore wait until its borders are short. Then they are
+//! flipped. One that is still too long is halved where it is the longest edge of both its triangles (Rivara & Inostroza, Engineering with Computers 13, 1997, 28).
 
 use std::cmp::Ordering;
 
@@ -12,9 +15,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::alike::places;
+use super::faces::Faces;
 use super::{Model, ModelError};
 
 const CHUNK: usize = 1 << 16;
+/// Longest edge inside a face over the border beside it.
+const NEEDLE: f64 = 4.0;
 
 /// Midpoints of the edges that one pass splits. Each vertex has a short list of the edges to higher vertices. Memory
 /// grows linearly with vertices and split edges.
@@ -106,7 +112,8 @@ fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
 }
 
 impl Model {
-    /// Halves edges longer than `max_edge` [m] until none is left.
+    /// Halves edges longer than `max_edge` [m] until none is left. Thin triangles of a flat face may get its other
+    /// diagonals.
     ///
     /// Area, volume, materials and parts stay. Normals are interpolated. A quadrilateral is cut along its shorter
     /// diagonal. Triangles that share both vertices of an edge also share the new one. `progress` gets the number of
@@ -155,41 +162,79 @@ impl Model {
         if least > limit as f64 {
             return Err(too_many(self.source, least as usize));
         }
-        let mut places = max_edges.iter().any(|edge| *edge != finest).then(|| {
-            let (of_vertex, count) = places(&self.positions);
-            VertexPlaces { of_vertex, count }
-        });
+        let max_edge = |model: &Self, triangle: &[u32; 3]| max_edges[model.vertex_part[triangle[0] as usize] as usize];
+        let long_edges = |model: &Self| -> Vec<u8> {
+            let of = |triangle: &[u32; 3]| model.long_edges(triangle, max_edge(model, triangle));
+            model.triangles.par_iter().map(of).collect()
+        };
+        let (of_vertex, count) = places(&self.positions);
+        let mut places = VertexPlaces { of_vertex, count };
+        let mut asks = vec![false; self.parts.len()];
+        for (triangle, _) in self.triangles.iter().zip(long_edges(&self)).filter(|(_, marks)| *marks != 0) {
+            asks[self.vertex_part[triangle[0] as usize] as usize] = true;
+        }
+        if !asks.contains(&true) {
+            return Ok(self);
+        }
+        let given = self.positions.len();
         loop {
-            let asks = |triangle: &[u32; 3]| {
-                self.long_edges(triangle, max_edges[self.vertex_part[triangle[0] as usize] as usize])
-            };
-            let mut marks: Vec<u8> = self.triangles.par_iter().map(asks).collect();
-            if marks.par_iter().all(|marks| *marks == 0) {
-                return Ok(self);
-            }
-            let shared = places.as_ref().map(|places| self.agree(places, &mut marks));
+            let is_open = |triangle: &[u32; 3]| asks[self.vertex_part[triangle[0] as usize] as usize];
+            let mut faces = Faces::find(&self, (&places.of_vertex, places.count), is_open);
+            faces.flip(&mut self);
+            let Some(mut marks) = self.choose(&faces, &long_edges(&self), given) else { return Ok(self) };
+            let shared = self.agree(&places, &faces, &mut marks);
             let midpoints = Midpoints::collect(self.positions.len(), &self.triangles, &marks, |vertex| vertex);
             let needed = self.positions.len() + midpoints.upper.len();
             if needed > limit {
                 return Err(too_many(self.source, needed));
             }
-            if let (Some(places), Some(shared)) = (&mut places, shared) {
-                let of_vertex = &mut places.of_vertex;
-                of_vertex.reserve_exact(midpoints.upper.len());
-                for edge in midpoints.edges() {
-                    of_vertex.push(shared.vertex(edge.map(|vertex| of_vertex[vertex as usize])));
-                }
-                places.count += shared.upper.len();
+            let of_vertex = &mut places.of_vertex;
+            of_vertex.reserve_exact(midpoints.upper.len());
+            for edge in midpoints.edges() {
+                of_vertex.push(shared.vertex(edge.map(|vertex| of_vertex[vertex as usize])));
             }
+            places.count += shared.upper.len();
             self.push_midpoints(&midpoints);
             self.split(&midpoints, &marks);
             progress(self.positions.len());
         }
     }
 
-    /// Copies marks between triangles that meet. Marks the longest edge of each triangle that is split for a neighbour.
+    /// Chooses the edges to split now among the long ones: borders, or else edges inside faces that are the longest of both their triangles. Edges inside count as long beside borders that a
+    /// finer part has split far shorter, so that no needles arise. The file has the first `given` vertices.
+    fn choose(&self, faces: &Faces, long: &[u8], given: usize) -> Option<Vec<u8>> {
+        let some = |marks: Vec<u8>| marks.par_iter().any(|marks| *marks != 0).then_some(marks);
+        let on_border = |triangle: usize| (0..3).filter(move |edge| faces.beyond(triangle, *edge).is_none());
+        let borders =
+            |(triangle, long): (usize, &u8)| on_border(triangle).fold(0, |marks, edge| marks | long & 1 << edge);
+        some(long.par_iter().enumerate().map(borders).collect()).or_else(|| {
+            let longest: Vec<usize> = self.triangles.par_iter().map(|triangle| self.longest_edge(triangle)).collect();
+            let length = |triangle: usize, edge: usize| {
+                let [a, b] = ends(&self.triangles[triangle], edge).map(|vertex| self.positions[vertex as usize]);
+                a.distance(b)
+            };
+            let is_needle = |triangle: usize| {
+                let was_split =
+                    |edge: &usize| ends(&self.triangles[triangle], *edge).iter().any(|end| *end as usize >= given);
+                let border = self.longest_of(&self.triangles[triangle], on_border(triangle)).filter(was_split);
+                border.is_some_and(|border| length(triangle, longest[triangle]) > NEEDLE * length(triangle, border))
+            };
+            let inside = |(triangle, long): (usize, &u8)| {
+                let edge = longest[triangle];
+                let [a, b] = ends(&self.triangles[triangle], edge);
+                let chosen = faces.beyond(triangle, edge).is_some_and(|other| {
+                    let asks = long >> edge & 1 == 1 || is_needle(triangle) || is_needle(other);
+                    asks && ends(&self.triangles[other], longest[other]) == [b, a]
+                });
+                u8::from(chosen) << edge
+            };
+            some(long.par_iter().enumerate().map(inside).collect())
+        })
+    }
+
+    /// Copies marks between triangles that meet. Marks the longest border of each triangle that is split for a neighbour.
     /// Returns the marked edges by place.
-    fn agree(&self, places: &VertexPlaces, marks: &mut [u8]) -> Midpoints {
+    fn agree(&self, places: &VertexPlaces, faces: &Faces, marks: &mut [u8]) -> Midpoints {
         loop {
             let name = |vertex: u32| places.of_vertex[vertex as usize];
             let shared = Midpoints::collect(places.count, &self.triangles, marks, name);
@@ -197,14 +242,17 @@ impl Model {
                 .triangles
                 .par_iter()
                 .zip(marks.par_iter_mut())
-                .map(|(triangle, marks)| {
+                .enumerate()
+                .map(|(number, (triangle, marks))| {
                     let before = *marks;
                     for edge in (0..3).filter(|edge| before >> edge & 1 == 0) {
                         let split = shared.find(ends(triangle, edge).map(name)).is_some();
                         *marks |= u8::from(split) << edge;
                     }
                     if *marks != before {
-                        *marks |= 1 << self.longest_edge(triangle);
+                        let on_border = (0..3).filter(|edge| faces.beyond(number, *edge).is_none());
+                        let longest = self.longest_of(triangle, on_border);
+                        *marks |= 1 << longest.unwrap_or_else(|| self.longest_edge(triangle));
                     }
                     *marks != before
                 })
@@ -218,6 +266,11 @@ impl Model {
     /// The longest edge that can be halved. The positions of the ends decide between equal edges, independent of
     /// direction.
     fn longest_edge(&self, triangle: &[u32; 3]) -> usize {
+        self.longest_of(triangle, 0..3).unwrap_or(0)
+    }
+
+    /// The same among some edges.
+    fn longest_of(&self, triangle: &[u32; 3], edges: impl Iterator<Item = usize>) -> Option<usize> {
         let rank = |edge: usize| {
             let [a, b] = ends(triangle, edge).map(|vertex| self.positions[vertex as usize]);
             let mut ends = [a.to_array(), b.to_array()];
@@ -229,7 +282,7 @@ impl Model {
             let by_place = || lexicographic(b.2.as_flattened(), a.2.as_flattened());
             a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then_with(by_place)
         };
-        (0..3).max_by(compare).unwrap_or(0)
+        edges.max_by(compare)
     }
 
     /// Bit `k` is set if edge `k` is too long. Lengths are compared, because squares could underflow.

@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod density;
+mod faces;
 mod geometry;
 mod instances;
 pub mod make;

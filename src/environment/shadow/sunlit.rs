@@ -30,6 +30,11 @@ impl LitArea {
         Self { vector, front: f64::from(u8::from(front)) }
     }
 
+    /// The vector of the light that falls on the front, or on the back.
+    pub(crate) fn on_face(&self, back: bool) -> DVec3 {
+        if back { (1.0 - self.front) * self.vector } else { self.front * self.vector }
+    }
+
     /// Sunlight on the front and on the back [W/m2], averaged over the step, on a node of a joint with this pose.
     pub(crate) fn flux(&self, load: &StepLoad, pose: Option<&DAffine3>) -> [f64; 2] {
         let vector = pose.map_or(self.vector, |pose| pose.matrix3 * self.vector);

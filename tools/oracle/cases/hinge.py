@@ -24,11 +24,11 @@ def angle(time: float) -> float:
     return FIRST + (LAST - FIRST) * (time / HALF if time < HALF else 2 - time / HALF)
 
 
-def _build(exchange: str):
+def _build(exchange: str, max_edge: float | None = None):
     def build(folder: Path) -> Path:
         joint = f'[[joint]]\npart = "turning"\naxis = "+Y"\nmode = "schedule"\nschedule = {{ time = [0, {HALF}, {2 * HALF}], angle_deg = [{FIRST}, {LAST}, {FIRST}] }}\n'
         sections = [scenes.still_sun(BETA), "[shadows]", exchange, joint, scenes.material("hot", *HOT), scenes.material("thin", *THIN)]
-        return scenes.write(folder, PARTS, sections, CAMERA, f"step = {STEP}\nsteps = {STEPS}\ndraw_every = {EVERY}\n", INITIAL, 0.2)
+        return scenes.write(folder, PARTS, sections, CAMERA, f"step = {STEP}\nsteps = {STEPS}\ndraw_every = {EVERY}\n", INITIAL, max_edge)
 
     return build
 
@@ -50,7 +50,10 @@ def _truth() -> list:
     return rows(plates, 2.0, lambda time: np.radians(90 - angle(time)), knots, INITIAL, STEP, placed, part_of, CAMERA, (30, 12), 500, {0, 1})
 
 
+FINDS = "rows of another pose"
+# By default the program chooses the edges. On edges of 0.2 m an element beside the hot plate is too large: what arrives there falls by 60 K within it.
 CASES = [
-    Case("hinge", _build("[exchange]"), _truth, Bounds(largest=3.0), data="hinge", parts=["fixed", "turning"], finds="rows of another pose"),
-    Case("hinge_1_deg", _build("[exchange]\nredraw_angle_deg = 1\n"), _truth, Bounds(largest=2.0), data="hinge", parts=["fixed", "turning"], finds="rows of the 64th pose for ever"),
+    Case("hinge", _build("[exchange]"), _truth, Bounds(largest=3.0), data="hinge", parts=["fixed", "turning"], finds=FINDS, long=True),
+    Case("hinge_1_deg", _build("[exchange]\nredraw_angle_deg = 1\n"), _truth, Bounds(largest=2.0), data="hinge", parts=["fixed", "turning"], finds="rows of the 64th pose for ever", long=True),
+    Case("hinge_coarse", _build("[exchange]", 0.2), _truth, Bounds(rms=0.8, p99=3.0), data="hinge", parts=["fixed", "turning"], finds=FINDS),
 ]
