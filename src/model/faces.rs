@@ -31,8 +31,8 @@ impl Faces {
         Self { across: Vec::new() }
     }
 
-    /// Finds the edges that two triangles of a flat face have in common, with both vertices. One of the two is thin and `open`, and no third triangle has the edge. `place_of` numbers the
-    /// places of the vertices, of which there are `places`.
+    /// Finds the edges that two triangles of a flat face have in common, with both vertices. One of the two is thin and `open`, and no third triangle has the edge. `place_of` has the place
+    /// of each vertex, counted from 0, and `places` is their number.
     pub(super) fn find(
         model: &Model,
         (place_of, places): (&[u32], usize),
@@ -164,6 +164,6 @@ impl Model {
 }
 
 /// Edge number `edge` of a triangle: from that corner to the next.
-fn ends(triangle: &[u32; 3], edge: usize) -> [u32; 2] {
+pub(super) fn ends(triangle: &[u32; 3], edge: usize) -> [u32; 2] {
     [triangle[edge], triangle[(edge + 1) % 3]]
 }

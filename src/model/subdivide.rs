@@ -15,12 +15,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::alike::places;
-use super::faces::Faces;
+use super::faces::{Faces, ends};
 use super::{Model, ModelError};
 
 const CHUNK: usize = 1 << 16;
-/// Longest edge inside a face over the border beside it.
-const NEEDLE: f64 = 4.0;
 
 /// Midpoints of the edges that one pass splits. Each vertex has a short list of the edges to higher vertices. Memory
 /// grows linearly with vertices and split edges.
@@ -102,11 +100,6 @@ struct VertexPlaces {
     count: usize,
 }
 
-/// Edge number `edge` of a triangle: from that corner to the next.
-fn ends(triangle: &[u32; 3], edge: usize) -> [u32; 2] {
-    [triangle[edge], triangle[(edge + 1) % 3]]
-}
-
 fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
     if a < b { [a, b] } else { [b, a] }
 }
@@ -176,12 +169,11 @@ impl Model {
         if !asks.contains(&true) {
             return Ok(self);
         }
-        let given = self.positions.len();
         loop {
             let is_open = |triangle: &[u32; 3]| asks[self.vertex_part[triangle[0] as usize] as usize];
             let mut faces = Faces::find(&self, (&places.of_vertex, places.count), is_open);
             faces.flip(&mut self);
-            let Some(mut marks) = self.choose(&faces, &long_edges(&self), given) else { return Ok(self) };
+            let Some(mut marks) = self.choose(&faces, &long_edges(&self)) else { return Ok(self) };
             let shared = self.agree(&places, &faces, &mut marks);
             let midpoints = Midpoints::collect(self.positions.len(), &self.triangles, &marks, |vertex| vertex);
             let needed = self.positions.len() + midpoints.upper.len();
@@ -200,33 +192,20 @@ impl Model {
         }
     }
 
-    /// Chooses the edges to split now among the long ones: borders, or else edges inside faces that are the longest of both their triangles. Edges inside count as long beside borders that a
-    /// finer part has split far shorter, so that no needles arise. The file has the first `given` vertices.
-    fn choose(&self, faces: &Faces, long: &[u8], given: usize) -> Option<Vec<u8>> {
+    /// Chooses the edges to split now among the long ones: borders, or else edges inside faces that are the longest of both their triangles.
+    fn choose(&self, faces: &Faces, long: &[u8]) -> Option<Vec<u8>> {
         let some = |marks: Vec<u8>| marks.par_iter().any(|marks| *marks != 0).then_some(marks);
-        let on_border = |triangle: usize| (0..3).filter(move |edge| faces.beyond(triangle, *edge).is_none());
-        let borders =
-            |(triangle, long): (usize, &u8)| on_border(triangle).fold(0, |marks, edge| marks | long & 1 << edge);
+        let borders = |(triangle, long): (usize, &u8)| {
+            let on_border = (0..3).filter(|edge| faces.beyond(triangle, *edge).is_none());
+            on_border.fold(0, |marks, edge| marks | long & 1 << edge)
+        };
         some(long.par_iter().enumerate().map(borders).collect()).or_else(|| {
             let longest: Vec<usize> = self.triangles.par_iter().map(|triangle| self.longest_edge(triangle)).collect();
-            let length = |triangle: usize, edge: usize| {
-                let [a, b] = ends(&self.triangles[triangle], edge).map(|vertex| self.positions[vertex as usize]);
-                a.distance(b)
-            };
-            let is_needle = |triangle: usize| {
-                let was_split =
-                    |edge: &usize| ends(&self.triangles[triangle], *edge).iter().any(|end| *end as usize >= given);
-                let border = self.longest_of(&self.triangles[triangle], on_border(triangle)).filter(was_split);
-                border.is_some_and(|border| length(triangle, longest[triangle]) > NEEDLE * length(triangle, border))
-            };
             let inside = |(triangle, long): (usize, &u8)| {
                 let edge = longest[triangle];
                 let [a, b] = ends(&self.triangles[triangle], edge);
-                let chosen = faces.beyond(triangle, edge).is_some_and(|other| {
-                    let asks = long >> edge & 1 == 1 || is_needle(triangle) || is_needle(other);
-                    asks && ends(&self.triangles[other], longest[other]) == [b, a]
-                });
-                u8::from(chosen) << edge
+                let is_longest = |other: usize| ends(&self.triangles[other], longest[other]) == [b, a];
+                if faces.beyond(triangle, edge).is_some_and(is_longest) { long & 1 << edge } else { 0 }
             };
             some(long.par_iter().enumerate().map(inside).collect())
         })

@@ -9,7 +9,7 @@ use super::shared_files::shared;
 use super::subdivision::{longest_edge, open_edges};
 use super::{check_promises, volume};
 
-fn load(maker: &Maker) -> Model {
+pub fn load(maker: &Maker) -> Model {
     let folder = tempfile::tempdir().unwrap();
     Model::load(&maker.save(folder.path())).unwrap().weld()
 }

@@ -3,6 +3,7 @@
 use isotherm::internals::Model;
 use serde_json::json;
 
+use super::density::load;
 use super::make::Maker;
 use super::subdivision::{longest_edge, open_edges};
 use super::{check_promises, volume};
@@ -27,8 +28,7 @@ fn parts_with(of: &[Vec<[f32; 3]>], normal: impl Fn([f32; 3]) -> Option<[f32; 3]
     let node = |mesh: usize| json!({"name": format!("part_{mesh}"), "mesh": mesh, "rotation": [0.1, 0.7, 0.1, 0.7]});
     maker.json["nodes"] = (0..of.len()).map(node).collect();
     maker.json["scenes"][0]["nodes"] = (0..of.len()).collect();
-    let folder = tempfile::tempdir().unwrap();
-    Model::load(&maker.save(folder.path())).unwrap().weld()
+    load(&maker)
 }
 
 /// A rectangle in the plane z = 0, as two triangles.

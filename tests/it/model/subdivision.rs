@@ -153,8 +153,8 @@ fn the_station() {
         let fewest = (0.5 * area / (0.25 * 3f64.sqrt() * max_edge * max_edge)) as usize;
         println!("{max_edge} m: {} places, at least {fewest}", places(&after));
         assert!(places(&after) > fewest && places(&after) < reference, "{max_edge}");
-        // The corners of a flat face are off its plane by the rounding of f32 at 50 m, and so the other diagonal of two triangles encloses another volume.
-        assert!((after.area() / area - 1.0).abs() < 1e-9 && (volume(&after) / content - 1.0).abs() < 1e-7);
+        // The corners of a flat face are off its plane by the rounding of f32 at 50 m, and so the other diagonal of two triangles encloses another volume: 7e-9 of it.
+        assert!((after.area() / area - 1.0).abs() < 1e-9 && (volume(&after) / content - 1.0).abs() < 2e-8);
         assert!(longest_edge(&after) <= max_edge);
         assert_eq!((after.parts.len(), after.materials.len()), (parts, 30));
         assert_eq!(open_edges(&after), 0, "cracks at {max_edge} m");
