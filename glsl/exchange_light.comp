@@ -1,5 +1,5 @@
 #version 450
-// Infrared of the planet and sunlight that patches reflect at first. One patch an invocation. Twin: `Exchange::light` of src/exchange/step.rs.
+// Infrared of the planet and sunlight that patches reflect at first, while they are held and when they were found. One patch an invocation. Twin: `Exchange::light_ahead` of src/exchange/step.rs.
 // Variants: SUN: sunlight. ALBEDO: of the planet too. PLANET_IR: infrared of the planet. LIT: nodes have lit area vectors. BY_RAYS: from rays.
 // MIRRORS: patches mirror a share of the Sun's light.
 
@@ -41,7 +41,7 @@ layout(set = 0, binding = 6) readonly buffer ExchangeSeenBlock { vec2 seen[]; };
 #endif
 // Rows of the poses of the body and of the joints.
 layout(set = 0, binding = 7) readonly buffer ExchangePosesBlock { vec4 poses[]; };
-layout(set = 0, binding = 8) buffer ExchangeReflectedBlock { vec2 reflected[]; };
+layout(set = 0, binding = 8) buffer ExchangeReflectedBlock { vec4 reflected[]; };
 #ifdef MIRRORS
 layout(set = 0, binding = 9) buffer ExchangeMirroredBlock { float mirrored[]; };
 #endif
@@ -123,5 +123,8 @@ void main() {
 #ifdef ALBEDO
     sunlight += comes.y * albedo_flux(normal);
 #endif
-    reflected[own] = vec2(infrared, (1.0 - here.absorptivity) * sunlight);
+    vec2 found = vec2(infrared, (1.0 - here.absorptivity) * sunlight);
+    // In the middle of the time for which the light is held.
+    vec2 ahead = found + pass.lead * (found - reflected[own].zw);
+    reflected[own] = vec4(max(ahead, vec2(0.0)), found);
 }

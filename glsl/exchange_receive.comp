@@ -11,7 +11,7 @@ layout(set = 0, binding = 0) readonly buffer ExchangePatchesBlock { ExchangePatc
 // Rows in fours: the upper half of an exchange area [m2] as f32, and below it the patch.
 layout(set = 0, binding = 1) readonly buffer ExchangeEntriesBlock { uvec4 entries[]; };
 #ifdef REFLECTED
-layout(set = 0, binding = 2) readonly buffer ExchangeReflectedBlock { vec2 reflected[]; };
+layout(set = 0, binding = 2) readonly buffer ExchangeReflectedBlock { vec4 reflected[]; };
 layout(set = 0, binding = 3) buffer ExchangeSunlightBlock { float sunlight[]; };
 #endif
 #ifndef REFLECTED

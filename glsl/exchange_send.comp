@@ -13,7 +13,7 @@ layout(set = 0, binding = 1) readonly buffer ExchangePatchesBlock { ExchangePatc
 layout(set = 0, binding = 2) readonly buffer ExchangeMembersBlock { uvec2 members[]; };
 layout(set = 0, binding = 3) readonly buffer TemperatureBlock { float temperature[]; };
 #ifdef PLANET_IR
-layout(set = 0, binding = 4) readonly buffer ExchangeReflectedBlock { vec2 reflected[]; };
+layout(set = 0, binding = 4) readonly buffer ExchangeReflectedBlock { vec4 reflected[]; };
 #endif
 layout(set = 0, binding = 5) buffer ExchangeSentBlock { float sent[]; };
 // Emission of the last finding.

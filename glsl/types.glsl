@@ -171,6 +171,7 @@ struct ExchangePass {
     uint end;
     uint rays;
     float held;
+    float lead;
 };
 
 struct HeatPass {

@@ -255,6 +255,18 @@ pub(crate) struct LastFound {
     since: [f64; 2],
     /// Steps since infrared was found, whatever its rows.
     infrared: f64,
+    /// How far Sun, planet or joints had turned since light was found, in the step before [rad].
+    turn: f64,
+    /// Part of the change from the finding of light before to the last one by which the light of the last one goes on: half of it leads to the middle of a turn that is as far, less the
+    /// half of a step in whose middle the load lies. 0 where light, a joint or the craft jumped.
+    pub(crate) lead: f64,
+}
+
+impl LastFound {
+    /// How far Sun, planet or joints have turned since light was found [rad]; infinite where none was, or where it no longer tells anything.
+    fn turn_to(&self, now: &FoundFor) -> f64 {
+        self.found_for.as_ref().map_or(f64::INFINITY, |last| last.turn(now))
+    }
 }
 
 impl Renewal {
@@ -279,7 +291,12 @@ impl Renewal {
 
     /// Whether Sun, planet or joints have turned, or turn before infrared is found the next time, so far that light must be found with it.
     fn is_far(&self, now: &FoundFor, infrared: bool) -> bool {
-        let turn = self.last.found_for.as_ref().map_or(f64::INFINITY, |last| last.turn(now));
+        let turn = self.last.turn_to(now);
+        // Where nothing turns any more, what is a little off would be so for ever.
+        let rests = (turn - self.last.turn).abs() <= STILL;
+        if rests && (turn > STILL || self.last.lead > 0.0) {
+            return true;
+        }
         let ahead = if infrared { (self.every - 1.0).max(0.0) / self.last.since[0].max(1.0) } else { 0.0 };
         // Rounding must not count where the angle is 0.
         turn * (1.0 + ahead) > self.angle.max(STILL)
@@ -289,16 +306,24 @@ impl Renewal {
     pub(crate) fn due(&mut self, load: &StepLoad, steps: f64, fresh: bool) -> Due {
         let now = FoundFor::new(load);
         let infrared = self.is_due(steps);
+        let turn = if fresh { f64::INFINITY } else { self.last.turn_to(&now) };
         let goes_on = !fresh && self.last.found_for.as_ref().is_some_and(|last| !now.restarts(last));
         let due = if fresh || self.is_far(&now, infrared) {
+            let moved = turn - self.last.turn;
+            let is_steady = turn.is_finite() && moved > STILL && self.last.turn > 0.0;
+            self.last.lead = if is_steady { 0.5 * (1.0 - moved / turn).clamp(0.0, 1.0) } else { 0.0 };
+            self.last.turn = 0.0;
             self.last.found_for = Some(now);
             self.last.since = [0.0; 2];
             Due::All
-        } else if infrared {
-            self.last.since[1] = 0.0;
-            Due::Infrared
         } else {
-            Due::Nothing
+            self.last.turn = turn;
+            if infrared {
+                self.last.since[1] = 0.0;
+                Due::Infrared
+            } else {
+                Due::Nothing
+            }
         };
         if due > Due::Nothing {
             self.held = if goes_on { self.step * self.last.infrared } else { 0.0 };
@@ -425,5 +450,45 @@ mod tests {
         again.last = first.last.clone();
         assert_eq!(found(&mut again, 2..7), [Nothing, Infrared, Nothing, Nothing, Infrared]);
         assert_eq!(again.due(&load(7), 1.0, true), All);
+    }
+
+    /// The lead of light at the steps in which it is found, under a Sun at these angles [deg], with an angle of 5 deg.
+    fn leads(angles: &[f64]) -> Vec<(usize, f64)> {
+        let mut renewal = Renewal::new(5f64.to_radians(), 0.0, 15.0);
+        let found = angles.iter().enumerate().filter_map(|(step, angle)| {
+            let (sine, cosine) = angle.to_radians().sin_cos();
+            let sun = vec![SunSample { direction: DVec3::new(sine, 0.0, cosine), flux: 1000.0 }];
+            let load = StepLoad {
+                start: 15.0 * step as f64,
+                sun,
+                planet: None,
+                albedo: None,
+                background_temperature: 0.0,
+                joints: Vec::new(),
+            };
+            (renewal.due(&load, 1.0, step == 0) == Due::All).then_some((step, renewal.last.lead))
+        });
+        found.collect()
+    }
+
+    #[test]
+    fn light_leads_where_the_sun_turns_steadily_and_nowhere_else() {
+        let steady: Vec<f64> = (0..20).map(|step| 2.0 * f64::from(step)).collect();
+        // Held for three steps of 2 deg: from the middle of the first to the middle of all three.
+        let third = |lead: f64| (lead - 1.0 / 3.0).abs() < 1e-9;
+        assert!(
+            matches!(leads(&steady)[..], [(0, 0.0), (3, a), (6, b), ..] if third(a) && third(b)),
+            "{:?}",
+            leads(&steady)
+        );
+        // A jump after a standstill, and nothing more.
+        let mut jump = [0.0; 20];
+        jump[10..].fill(85.0);
+        assert_eq!(leads(&jump), [(0, 0.0), (10, 0.0)]);
+        // Light is found again once the Sun stands still, whether it led or not.
+        let stops: Vec<f64> = (0..20).map(|step| 2.0 * f64::from(step.min(7))).collect();
+        assert!(matches!(leads(&stops)[..], [_, _, (6, lead), (8, 0.0)] if third(lead)), "{:?}", leads(&stops));
+        jump[..10].fill(84.0);
+        assert_eq!(leads(&jump), [(0, 0.0), (11, 0.0)]);
     }
 }

@@ -18,6 +18,7 @@ use super::hold::together;
 use super::patches::{Gathered, NONE, PatchSurface, Patches, bin};
 use super::slopes::Slopes;
 use super::sparse::SparseRow;
+use super::step::MOST_PATCHES;
 use crate::thermal::material::Material;
 
 /// Rays of all nodes together.
@@ -35,6 +36,9 @@ const CARRIED: f64 = 0.5;
 const EVEN: f64 = 0.7;
 /// Patches up to which a craft is split.
 const MOST: usize = 3000;
+/// Difference of what two halves see, over the root of the share that is of the craft, from which on they are parted whatever the number of patches: two layers of a wall, of which the one
+/// hides the other, or a step of the craft.
+const GROSS: f64 = 0.7;
 
 /// Size of patches [m] of which each has the nodes of a single place.
 const ONE_PLACE: f64 = 1e-6;
@@ -114,9 +118,9 @@ impl NodeViews {
         let mut heap: BinaryHeap<Queued> = (found.into_iter().enumerate())
             .filter_map(|(place, halves)| Some(Queued { place, halves: halves? }))
             .collect();
-        let mut count = all.len();
-        while count < MOST
-            && let Some(Queued { place, halves }) = heap.pop()
+        let (mut count, most) = (all.len(), (2 * all.len()).min(MOST_PATCHES));
+        while let Some(Queued { place, halves }) = heap.pop()
+            && (count < MOST || halves.differ > GROSS && count < most)
         {
             let Some(whole) = all[place].take() else { continue };
             let Halves { nodes, axis, mut along, .. } = halves;

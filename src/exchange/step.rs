@@ -75,9 +75,11 @@ pub(crate) const MOST_PATCHES: usize = 1 << 16;
 pub struct CraftLight {
     /// Shares of the planet's light that every patch sees.
     pub planet_shares: Vec<PlanetShares>,
-    /// Infrared of the planet and sunlight that every patch reflects diffusely at first [W/m2]. Sunlight that others mirror onto the patch is
+    /// Infrared of the planet and sunlight that every patch reflects diffusely at first while they are held [W/m2]. Sunlight that others mirror onto the patch is
     /// included.
     pub reflected: Vec<[f64; 2]>,
+    /// The same when they were found, without mirrored sunlight [W/m2].
+    pub found: Vec<[f64; 2]>,
     /// Sunlight from all patches that each one absorbs [W/m2].
     pub sunlight: Vec<f64>,
     /// The part of it that others mirror directly onto the patch [W/m2]. Empty without mirrors.
@@ -95,6 +97,7 @@ impl CraftLight {
         }
         check_length("the planet's light on patches", &self.planet_shares, patches)?;
         check_length("reflected light of patches", &self.reflected, patches)?;
+        check_length("light that patches reflected when it was found", &self.found, patches)?;
         check_length("sunlight on patches", &self.sunlight, patches)
     }
 }
@@ -189,6 +192,17 @@ impl Exchange {
 
     /// The light of Sun and planet. `lit` has the lit area of each node. With `mirrored` the specular share of direct sunlight goes where it says.
     pub fn light(&self, load: &StepLoad, lit: &Lit, mirrored: Option<&Mirrored>) -> CraftLight {
+        self.light_ahead(load, lit, mirrored, (&CraftLight::default(), 0.0))
+    }
+
+    /// The same for the middle of the time for which it is held: with a part of the change since it was found before.
+    pub fn light_ahead(
+        &self,
+        load: &StepLoad,
+        lit: &Lit,
+        mirrored: Option<&Mirrored>,
+        (before, lead): (&CraftLight, f64),
+    ) -> CraftLight {
         let planet_shares = self.seen(load);
         let reflect = |(number, (patch, planet)): (usize, (&Patch, &PlanetShares))| {
             let body_from_joint = load.joint_from_body(patch.joint).transpose();
@@ -208,8 +222,13 @@ impl Exchange {
             let diffuse = (1.0 - smooth) * direct + (1.0 - optics.absorptivity) * (planet.albedo * albedo);
             ([(1.0 - optics.emissivity) * planet.planet_ir * planet_ir, diffuse], smooth * direct)
         };
-        let (mut reflected, sent): (Vec<[f64; 2]>, Vec<f64>) =
+        let (found, sent): (Vec<[f64; 2]>, Vec<f64>) =
             self.patches.par_iter().zip(&planet_shares).enumerate().map(reflect).unzip();
+        let ahead = |(number, now): (usize, &[f64; 2])| {
+            let before = before.found.get(number).unwrap_or(now);
+            [0, 1].map(|kind| (now[kind] + lead * (now[kind] - before[kind])).max(0.0))
+        };
+        let mut reflected: Vec<[f64; 2]> = found.iter().enumerate().map(ahead).collect();
         let arrives = |to: usize| {
             let rows = mirrored.map_or(&[][..], |mirrored| mirrored.arrives.row(to));
             rows.iter().map(|(from, share)| share * sent[*from as usize]).sum::<f64>()
@@ -223,7 +242,7 @@ impl Exchange {
         let mut sunlight =
             self.gathered(&self.for_light.sunlight, |from| reflected[from][1], |patch| patch.optics.absorptivity);
         sunlight.iter_mut().zip(&direct).for_each(|(all, direct)| *all += direct);
-        CraftLight { planet_shares, reflected, sunlight, mirrored: direct }
+        CraftLight { planet_shares, reflected, found, sunlight, mirrored: direct }
     }
 
     /// Emission of each patch above the emission of space [W/m2]. `temperature` gives the temperature of a node [K].

@@ -100,6 +100,23 @@ struct VertexPlaces {
     count: usize,
 }
 
+impl VertexPlaces {
+    /// Names the places of new vertices at midpoints. `shared` has the same midpoints by place.
+    fn push(&mut self, midpoints: &Midpoints, shared: &Midpoints) {
+        self.of_vertex.reserve_exact(midpoints.upper.len());
+        for edge in midpoints.edges() {
+            self.of_vertex.push(shared.vertex(edge.map(|vertex| self.of_vertex[vertex as usize])));
+        }
+        self.count += shared.upper.len();
+    }
+
+    /// Gives each of some new vertices a place of its own.
+    fn push_alone(&mut self, vertices: usize) {
+        self.of_vertex.extend((self.count..self.count + vertices).map(|place| place as u32));
+        self.count += vertices;
+    }
+}
+
 fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
     if a < b { [a, b] } else { [b, a] }
 }
@@ -155,60 +172,46 @@ impl Model {
         if least > limit as f64 {
             return Err(too_many(self.source, least as usize));
         }
-        let max_edge = |model: &Self, triangle: &[u32; 3]| max_edges[model.vertex_part[triangle[0] as usize] as usize];
-        let long_edges = |model: &Self| -> Vec<u8> {
-            let of = |triangle: &[u32; 3]| model.long_edges(triangle, max_edge(model, triangle));
-            model.triangles.par_iter().map(of).collect()
+        let long_edges = |model: &Self, triangle: &[u32; 3]| {
+            model.long_edges(triangle, max_edges[model.vertex_part[triangle[0] as usize] as usize])
         };
-        let (of_vertex, count) = places(&self.positions);
-        let mut places = VertexPlaces { of_vertex, count };
         let mut asks = vec![false; self.parts.len()];
-        for (triangle, _) in self.triangles.iter().zip(long_edges(&self)).filter(|(_, marks)| *marks != 0) {
+        for triangle in self.triangles.iter().filter(|triangle| long_edges(&self, triangle) != 0) {
             asks[self.vertex_part[triangle[0] as usize] as usize] = true;
         }
         if !asks.contains(&true) {
             return Ok(self);
         }
+        let (of_vertex, count) = places(&self.positions);
+        let mut places = VertexPlaces { of_vertex, count };
+        let mut faces = Faces::new(&self);
         loop {
             let is_open = |triangle: &[u32; 3]| asks[self.vertex_part[triangle[0] as usize] as usize];
-            let mut faces = Faces::find(&self, (&places.of_vertex, places.count), is_open);
+            faces.find(&self, (&places.of_vertex, places.count), is_open);
             faces.flip(&mut self);
-            let Some(mut marks) = self.choose(&faces, &long_edges(&self)) else { return Ok(self) };
-            let shared = self.agree(&places, &faces, &mut marks);
-            let midpoints = Midpoints::collect(self.positions.len(), &self.triangles, &marks, |vertex| vertex);
-            let needed = self.positions.len() + midpoints.upper.len();
-            if needed > limit {
-                return Err(too_many(self.source, needed));
+            let borders = |(number, triangle): (usize, &[u32; 3])| long_edges(&self, triangle) & faces.borders(number);
+            let mut marks: Vec<u8> = self.triangles.par_iter().enumerate().map(borders).collect();
+            let before = self.positions.len();
+            if marks.par_iter().all(|marks| *marks == 0) {
+                faces.halve(&mut self, long_edges, limit).map_err(|needed| too_many(self.source.clone(), needed))?;
+                if self.positions.len() == before {
+                    return Ok(self);
+                }
+                places.push_alone(self.positions.len() - before);
+            } else {
+                let shared = self.agree(&places, &faces, &mut marks);
+                let midpoints = Midpoints::collect(before, &self.triangles, &marks, |vertex| vertex);
+                let needed = before + midpoints.upper.len();
+                if needed > limit {
+                    return Err(too_many(self.source, needed));
+                }
+                places.push(&midpoints, &shared);
+                self.push_midpoints(&midpoints);
+                self.split(&midpoints, &marks);
+                faces.split(&marks);
             }
-            let of_vertex = &mut places.of_vertex;
-            of_vertex.reserve_exact(midpoints.upper.len());
-            for edge in midpoints.edges() {
-                of_vertex.push(shared.vertex(edge.map(|vertex| of_vertex[vertex as usize])));
-            }
-            places.count += shared.upper.len();
-            self.push_midpoints(&midpoints);
-            self.split(&midpoints, &marks);
             progress(self.positions.len());
         }
-    }
-
-    /// Chooses the edges to split now among the long ones: borders, or else edges inside faces that are the longest of both their triangles.
-    fn choose(&self, faces: &Faces, long: &[u8]) -> Option<Vec<u8>> {
-        let some = |marks: Vec<u8>| marks.par_iter().any(|marks| *marks != 0).then_some(marks);
-        let borders = |(triangle, long): (usize, &u8)| {
-            let on_border = (0..3).filter(|edge| faces.beyond(triangle, *edge).is_none());
-            on_border.fold(0, |marks, edge| marks | long & 1 << edge)
-        };
-        some(long.par_iter().enumerate().map(borders).collect()).or_else(|| {
-            let longest: Vec<usize> = self.triangles.par_iter().map(|triangle| self.longest_edge(triangle)).collect();
-            let inside = |(triangle, long): (usize, &u8)| {
-                let edge = longest[triangle];
-                let [a, b] = ends(&self.triangles[triangle], edge);
-                let is_longest = |other: usize| ends(&self.triangles[other], longest[other]) == [b, a];
-                if faces.beyond(triangle, edge).is_some_and(is_longest) { long & 1 << edge } else { 0 }
-            };
-            some(long.par_iter().enumerate().map(inside).collect())
-        })
     }
 
     /// Copies marks between triangles that meet. Marks the longest border of each triangle that is split for a neighbour.
@@ -229,8 +232,8 @@ impl Model {
                         *marks |= u8::from(split) << edge;
                     }
                     if *marks != before {
-                        let on_border = (0..3).filter(|edge| faces.beyond(number, *edge).is_none());
-                        let longest = self.longest_of(triangle, on_border);
+                        let borders = faces.borders(number);
+                        let longest = self.longest_of(triangle, (0..3).filter(|edge| borders >> edge & 1 == 1));
                         *marks |= 1 << longest.unwrap_or_else(|| self.longest_edge(triangle));
                     }
                     *marks != before
@@ -244,7 +247,7 @@ impl Model {
 
     /// The longest edge that can be halved. The positions of the ends decide between equal edges, independent of
     /// direction.
-    fn longest_edge(&self, triangle: &[u32; 3]) -> usize {
+    pub(super) fn longest_edge(&self, triangle: &[u32; 3]) -> usize {
         self.longest_of(triangle, 0..3).unwrap_or(0)
     }
 
@@ -279,14 +282,17 @@ impl Model {
         self.normals.reserve_exact(count);
         self.vertex_part.reserve_exact(count);
         self.vertex_material.reserve_exact(count);
-        for edge in midpoints.edges() {
-            let [a, b] = edge.map(|vertex| vertex as usize);
-            self.positions.push(middle(self.positions[a], self.positions[b]));
-            // Opposite normals have no mean, so the lower vertex's normal is used.
-            self.normals.push((self.normals[a] + self.normals[b]).try_normalize().unwrap_or(self.normals[a]));
-            self.vertex_part.push(self.vertex_part[a]);
-            self.vertex_material.push(self.vertex_material[a]);
-        }
+        midpoints.edges().for_each(|edge| self.push_midpoint(edge));
+    }
+
+    /// Appends the vertex in the middle of an edge from a lower to a higher vertex.
+    pub(super) fn push_midpoint(&mut self, edge: [u32; 2]) {
+        let [a, b] = edge.map(|vertex| vertex as usize);
+        self.positions.push(middle(self.positions[a], self.positions[b]));
+        // Opposite normals have no mean, so the lower vertex's normal is used.
+        self.normals.push((self.normals[a] + self.normals[b]).try_normalize().unwrap_or(self.normals[a]));
+        self.vertex_part.push(self.vertex_part[a]);
+        self.vertex_material.push(self.vertex_material[a]);
     }
 
     /// Replaces every marked triangle by two, three or four.

@@ -24,7 +24,7 @@ use crate::exchange::split::NodeViews;
 use crate::exchange::step::{CraftLight, Exchange, ExchangeSettings, MOST_PATCHES, PATCHES};
 use crate::host::check_memory;
 use crate::model::nodes::{GROUP, Nodes, PADDING};
-use crate::scene::Scene;
+use crate::scene::{Initial, Scene};
 use crate::thermal::material::Material;
 use crate::thermal::memory::cooling;
 use crate::thermal::misfit::{Misfit, check_length};
@@ -35,7 +35,7 @@ use crate::trace::span;
 pub(crate) const MOST_RAYS: usize = 1 << 28;
 
 /// Part of the redraw angle after which the light of Sun and planet is found anew.
-const LIGHT: f64 = 2.0 / 3.0;
+const LIGHT: f64 = 1.0 / 3.0;
 
 /// The surface of a scene and its patches. Nodes are in device order.
 #[derive(Debug, Clone)]
@@ -300,7 +300,7 @@ impl ExchangeTwin {
         let due = self.renewal.due(load, steps, self.light.planet_shares.is_empty());
         if due == Due::All {
             let mirrored = self.craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(load));
-            self.light = exchange.light(load, lit, mirrored.as_ref());
+            self.light = exchange.light_ahead(load, lit, mirrored.as_ref(), (&self.light, self.renewal.last.lead));
         }
         if due > Due::Nothing {
             let sent = self.lead.sent(exchange, load, &self.light, temperature, self.renewal.held);
@@ -374,17 +374,26 @@ fn patch_surface(nodes: &Nodes, triangles: &[[u32; 3]], network: Option<&SceneNe
     }
 }
 
-/// Warnings about a surface that misleads rays between surfaces, or rays to the Sun where there is no exchange.
+/// Warnings about a surface that misleads rays between surfaces, or rays to the Sun where there is no exchange, and about a start without neighbours.
 pub(super) fn surface_warnings(
     scene: &Scene,
     exchange: Option<&ExchangeCraft>,
     (nodes, triangles, materials): (&Nodes, &[[u32; 3]], &[Material]),
 ) -> Vec<String> {
     match exchange {
-        Some(craft) => craft.warnings(),
+        Some(craft) => craft.warnings().into_iter().chain(start_warning(scene)).collect(),
         None if scene.shadows.is_none() => Vec::new(),
         None => Defects::of(&patch_surface(nodes, triangles, None), materials).of_shadows(),
     }
+}
+
+/// Warns of a start without neighbours in a scene whose surfaces warm each other, where the scene states no start.
+fn start_warning(scene: &Scene) -> Option<String> {
+    (scene.initial == Initial::Balance && scene.time.warm_up_assumed).then(|| {
+        "[exchange]: without --from-state, every surface starts in balance with Sun, planet and space alone: one that faces others starts too cold, and one in a cavity near 0 K. State \
+         warm_up = \"periodic\" in [time], or a temperature in [initial]"
+            .to_owned()
+    })
 }
 
 /// The saved state of an exchange.

@@ -34,7 +34,7 @@ use crate::model::nodes::GROUP;
 use crate::scene::Initial;
 use crate::thermal::misfit::{Misfit, check_length, part};
 use absorbed::{Absorbed, AbsorbingSurface};
-use carry::{PlaceBalance, within_step};
+use carry::{PlaceBalance, at_most, within_step};
 use exchange::{ExchangeErrorState, ExchangeErrors};
 use materials::SurfaceConstants;
 pub(crate) use summary::{PixelError, PixelErrors};
@@ -489,7 +489,10 @@ impl<'a> Uncertainty<'a> {
                 let node = self.prepared.triangles[number][place] as usize;
                 let reached = reached.get(node).copied().unwrap_or(0.0);
                 let between = if between { 0.5 * (own[place] + mean) } else { 0.0 };
-                (between + reached + state.nodes[node].square()).sqrt()
+                let own = state.nodes[node].square().sqrt();
+                let temperature = state.temperatures.get(node).map(|kelvin| f64::from(*kelvin).max(COLDEST));
+                let own = temperature.map_or(own, |temperature| at_most(own, temperature));
+                (between + reached + own * own).sqrt()
             })
         };
         let errors: Vec<[f64; 3]> = (0..self.prepared.triangles.len()).into_par_iter().map(of_triangle).collect();

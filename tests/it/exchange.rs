@@ -4,6 +4,7 @@ mod defects;
 mod device;
 mod floor;
 mod joints;
+mod layers;
 mod mirrors;
 mod shapes;
 mod step;

@@ -42,9 +42,9 @@ resources! {
         .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.sky)));
     /// Shares of the planet's infrared and albedo that every patch sees.
     SEEN = buffer!("ExchangeSeen", 8, Storage, places).filled(|data| made(&vec![[1.0f32; 2]; places_of(data)]));
-    /// Infrared of the planet and sunlight that every patch reflects at first [W/m2].
+    /// Infrared of the planet and sunlight that every patch reflects at first [W/m2] while they are held, and when they were found.
     REFLECTED =
-        buffer!("ExchangeReflected", 8, Storage, places).filled(|data| made(&vec![[0.0f32; 2]; places_of(data)]));
+        buffer!("ExchangeReflected", 16, Storage, places).filled(|data| made(&vec![[0.0f32; 4]; places_of(data)]));
     /// Sunlight from other patches that every patch absorbs [W/m2].
     SUNLIGHT = buffer!("ExchangeSunlight", 4, Storage, places).filled(|data| made(&vec![0.0f32; places_of(data)]));
     /// Rows of the shares of mirrored sunlight, written by the host.
@@ -105,12 +105,14 @@ pub struct Exchanged {
     pub mirrors: bool,
     /// Time for which the last infrared was held [s]. 0 where none came before.
     pub held: f32,
+    /// Part of the change since light was found before by which its light goes on.
+    pub lead: f32,
 }
 
 /// The passes before the thermal step.
 pub(crate) fn passes(frame: &mut Frame, exchanged: &Exchanged) {
-    let Exchanged { patches, bundles, light, anew, mirrors, held } = *exchanged;
-    let constants = ExchangePass { first: 0, end: patches, rays: bundles, held };
+    let Exchanged { patches, bundles, light, anew, mirrors, held, lead } = *exchanged;
+    let constants = ExchangePass { first: 0, end: patches, rays: bundles, held, lead };
     let pass = |entry: &'static str, words: &[(bool, &'static str)]| {
         let shader = Shader::with(entry, words);
         Pass::dispatch(shader.name(), shader, patches.div_ceil(WORKGROUP)).told(&constants)
@@ -128,7 +130,7 @@ pub(crate) fn passes(frame: &mut Frame, exchanged: &Exchanged) {
         frame.wait([done(&SEEN)]);
     }
     if anew && (light.sun || light.planet_ir) {
-        frame.wait([Some(free(&REFLECTED)), mirrors.then(|| free(&MIRRORED))].into_iter().flatten());
+        frame.wait([Some(changed(&REFLECTED)), mirrors.then(|| free(&MIRRORED))].into_iter().flatten());
         let [lit, by_rays] = light.light.words();
         let words = [
             (light.sun, "sun"),

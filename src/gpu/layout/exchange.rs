@@ -53,5 +53,7 @@ shared! {
         pub rays: u32,
         /// Time for which the last infrared was held [s]. 0 where none came before.
         pub held: f32,
+        /// Part of the change since light was found before by which its light goes on.
+        pub lead: f32,
     }
 }

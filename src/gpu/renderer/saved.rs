@@ -168,7 +168,7 @@ impl Renderer {
             let places = exchange.places();
             buffers.extend([
                 (&SEEN, 2 * places),
-                (&REFLECTED, 2 * places),
+                (&REFLECTED, 4 * places),
                 (&SUNLIGHT, places),
                 (&EMITTED, places),
                 (&RECEIVED, 2 * places),

@@ -103,19 +103,23 @@ impl ExchangeCheck {
         }
         let _exchanges = span("radiation between surfaces in f64");
         let exchange = Arc::clone(&self.now.1);
-        let find = || {
+        let find = |before: &CraftLight, lead: f64| {
             let mirrored = self.craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(load));
-            exchange.light(load, lit, mirrored.as_ref())
+            exchange.light_ahead(load, lit, mirrored.as_ref(), (before, lead))
         };
         let due = self.renewal.due(load, steps, self.progress.light.planet_shares.is_empty());
         if due == Due::Nothing {
             return exchange.of_nodes(&self.progress.before, &self.progress.light.planet_shares);
         }
         let mut held = None;
+        let before = &self.progress.light;
+        // Light that jumped was held up to the jump alone.
+        let is_held = due != Due::All || self.renewal.last.lead > 0.0;
+        if self.progress.steps.is_multiple_of(EVERY) && is_held && !before.planet_shares.is_empty() {
+            held = Some(exchange.held_too_long(load, [before, &find(before, 0.0)], |node| temperatures[node]));
+        }
         if due == Due::All {
-            self.progress.light = find();
-        } else if self.progress.steps.is_multiple_of(EVERY) {
-            held = Some(exchange.held_too_long(load, [&self.progress.light, &find()], |node| temperatures[node]));
+            self.progress.light = find(before, self.renewal.last.lead);
         }
         let temperature = |node: usize| temperatures[node];
         let progress = &mut self.progress;
@@ -174,7 +178,7 @@ impl ExchangeCheck {
                 self.progress.errors[0].add(kelvin * uncertain[number].rays, patch.area);
                 self.progress.errors[4].add(kelvin * uncertain[number].size, patch.area);
                 self.progress.errors[1].add(kelvin * errors[number].left_out, patch.area);
-                // Light that was found for this very step has no such error.
+                // The first light, and light that jumped, have no such error.
                 self.progress.errors[3].add(kelvin * held.as_ref().map_or(0.0, |held| held[number]), patch.area);
             }
         }

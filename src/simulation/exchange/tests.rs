@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use glam::{DAffine3, DVec3};
 
 use super::*;
+use crate::environment::SunSample;
 use crate::exchange::cast::{SPACE, cast_rays};
 use crate::exchange::factors::Factors;
 use crate::thermal::STEFAN_BOLTZMANN;
@@ -186,6 +187,46 @@ fn a_thin_plate_on_a_hinge_is_as_warm_as_its_view_says() {
     let ([frozen, rms], ..) = hinge(settings, PI / 6.0);
     println!("frozen: {frozen:.2} K at most, {rms:.2} K rms");
     assert!(frozen > 6.0, "{frozen} K");
+}
+
+/// A wall along the Sun's way receives nothing but what the floor reflects, which goes with the cosine of the Sun's zenith angle. Light is held for up to 5 deg of it, and so it must be
+/// right in the middle of this time, not at its start.
+#[test]
+fn light_that_is_held_arrives_in_the_middle_of_its_time() {
+    let half = Material { front: Optics { absorptivity: 0.5, emissivity: 1.0 }, ..black() };
+    let craft = craft(ExchangeSettings { rays: 256, ..ExchangeSettings::default() }).with_optics(&[half]);
+    let exchange = craft.cast(&[]);
+    // 1 deg a step, as in low orbit with steps of 15 s.
+    let load = |step: u32| {
+        let angle = (f64::from(step) - 60.0).to_radians();
+        let sun = vec![SunSample { direction: DVec3::new(0.0, angle.sin(), angle.cos()), flux: 1000.0 }];
+        let start = STEP * f64::from(step);
+        StepLoad { start, sun, planet: None, albedo: None, background_temperature: 0.0, joints: Vec::new() }
+    };
+    let wall = exchange.patches.iter().position(|patch| patch.joint == 1).expect("a wall");
+    let noon = exchange.light(&load(60), &Lit::default(), None).sunlight[wall];
+    let mut twin = ExchangeTwin::new(&craft, &[]);
+    let (mut late, mut renewal) = (0.0, craft.renewal());
+    let (mut offs, mut count) = ([[0.0f64; 2]; 2], 0.0);
+    for step in 0..=120 {
+        let truth = (f64::from(step) - 60.0).to_radians().cos();
+        let held = twin.absorbed(&load(step), 1.0, |_| 0.0, &Lit::default())[wall] / noon;
+        if renewal.due(&load(step), 1.0, step == 0) == Due::All {
+            late = exchange.light(&load(step), &Lit::default(), None).sunlight[wall] / noon;
+        }
+        // Light leads from the second finding on.
+        if step >= 10 {
+            let rises = if step < 60 { 1.0 } else { -1.0 };
+            for (sums, light) in offs.iter_mut().zip([held, late]) {
+                *sums = [sums[0] + (light - truth).powi(2), sums[1] + rises * (light - truth)];
+            }
+            count += 1.0;
+        }
+    }
+    let [[rms, lag], [late_rms, late_lag]] = offs.map(|[squares, sum]| [(squares / count).sqrt(), -sum / count]);
+    println!("{rms:.4} rms, {lag:.4} behind; {late_rms:.4} and {late_lag:.4} without");
+    assert!(rms < 0.02 && lag.abs() < 0.003, "{rms}, {lag}");
+    assert!(late_rms > 0.02 && late_lag > 0.012, "{late_rms}, {late_lag}");
 }
 
 /// The stated uncertainty of a thin plate's flux, by rays and by the size of patches, against the truth.

@@ -143,9 +143,10 @@ impl ExchangeErrors {
             let fresh = exchange.light(load, lit, mirrored.as_ref());
             let before = std::mem::replace(&mut self.state.light, fresh);
             if !before.planet_shares.is_empty() {
-                // Light is right when it is found, and is off by the difference before the next finding.
+                // Light is right when it is found, and is off by as much as at the last finding before the next one. Where it leads, it is right in the middle, and off by half of it at both ends.
                 let off = exchange.held_too_long(load, [&before, &self.state.light], temperature);
-                held = Some(off.iter().map(|off| off / 3f64.sqrt()).collect::<Vec<_>>());
+                let share = if self.renewal.last.lead > 0.0 { 1.0 / 12f64.sqrt() } else { 1.0 / 3f64.sqrt() };
+                held = Some(off.iter().map(|off| share * off).collect::<Vec<_>>());
             }
         }
         let light = &self.state.light;

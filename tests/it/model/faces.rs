@@ -71,7 +71,7 @@ fn a_strip_has_no_vertices_inside() {
     assert_eq!(split(parts(&[rectangle([4.0, 4.0])]), &[0.2]).positions.len(), 33 * 33);
 }
 
-/// Equilateral triangles with edges of 0.1 m have 2 / sqrt(3) / 0.01 vertices a square metre. Halving keeps the shape of a fan's triangles, and made 5.9 times as many of the first. Here they are 3.6.
+/// Equilateral triangles with edges of 0.1 m have 2 / sqrt(3) / 0.01 vertices a square metre. Halving keeps the shape of a fan's triangles, and made 5.9 times as many of the first. Here they are 2.4. They would be 3.6 if pieces of a thin triangle were halved as soon as they are wide.
 #[test]
 fn a_fan_has_few_vertices_inside() {
     for facets in [8, 12, 31] {
@@ -80,7 +80,7 @@ fn a_fan_has_few_vertices_inside() {
         let fewest = before.area() * 2.0 / 3f64.sqrt() / 0.01;
         let ratio = after.positions.len() as f64 / fewest;
         println!("{facets} facets: {} vertices, {ratio:.2} of the fewest", after.positions.len());
-        assert!(ratio > 1.0 && ratio < 4.5, "{facets}: {ratio}");
+        assert!(ratio > 1.0 && ratio < 3.0, "{facets}: {ratio}");
         assert!(longest_edge(&after) <= 0.1);
         assert_eq!(open_edges(&after), 0);
         assert!((after.area() / before.area() - 1.0).abs() < 1e-9);

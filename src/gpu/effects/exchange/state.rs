@@ -74,6 +74,7 @@ impl Exchanging {
             anew,
             mirrors: self.mirrors.is_some(),
             held: self.renewal.held as f32,
+            lead: self.renewal.last.lead as f32,
         }
     }
 
