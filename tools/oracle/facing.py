@@ -12,13 +12,16 @@ from .case import SIGMA
 
 @dataclass
 class Plate:
-    """A plate from the common edge to `length` [m], both sides of it, its heat capacity [J/(m2 K)] and the flux of the Sun that its back absorbs [W/m2]."""
+    """A plate from the common edge to `length` [m], both sides of it, its heat capacity [J/(m2 K)] and the flux of the Sun that its back absorbs [W/m2]. The front has `absorptivity`, and the
+    Sun shines on all of it with a `direct` flux [W/m2] at a time [s]."""
 
     length: float
     emissivity: float
     back: float
     capacity: float
     sun: float = 0.0
+    absorptivity: float = 1.0
+    direct: Callable[[float], float] = lambda _: 0.0
 
 
 def _edge(points: np.ndarray, normal: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
@@ -49,13 +52,12 @@ def _frames(angle: float) -> list[tuple[np.ndarray, np.ndarray]]:
     return [(np.array([1.0, 0, 0]), np.array([0, 0, 1.0])), (np.array([cosine, 0, sine]), np.array([sine, 0, -cosine]))]
 
 
-def _leaving(between: list[np.ndarray], fourth: list[np.ndarray], plates: list[Plate]) -> list[np.ndarray]:
-    """What leaves the cells of both plates [W/m2], with all reflections."""
-    own = [plate.emissivity * SIGMA * each for plate, each in zip(plates, fourth, strict=True)]
+def _leaving(between: list[np.ndarray], own: list[np.ndarray], absorbs: list[float]) -> list[np.ndarray]:
+    """What leaves the cells of both plates [W/m2], with all reflections of what they send at first."""
     leaves = own
     for _ in range(60):
         before = leaves
-        leaves = [own[n] + (1 - plates[n].emissivity) * (between[n] @ before[1 - n]) for n in (0, 1)]
+        leaves = [own[n] + (1 - absorbs[n]) * (between[n] @ before[1 - n]) for n in (0, 1)]
         if max(float(np.abs(leaves[n] - before[n]).max()) for n in (0, 1)) < 1e-9:
             break
     return leaves
@@ -83,8 +85,16 @@ def temperatures(plates: list[Plate], width: float, angle: Callable[[float], flo
         low = min(int(place), max(len(knots) - 2, 0))
         both = [known[low][n] + (place - low) * (known[min(low + 1, len(knots) - 1)][n] - known[low][n]) for n in (0, 1)]
         fourth = [each**4 for each in kelvin]
-        leaves = _leaving([both[n][: first[n]] for n in (0, 1)], [fourth[n][: first[n]] for n in (0, 1)], plates)
-        return [(plate.emissivity * (both[n] @ leaves[1 - n]) + plate.sun - (plate.emissivity + plate.back) * SIGMA * fourth[n]) / plate.capacity for n, plate in enumerate(plates)]
+        inner = [both[n][: first[n]] for n in (0, 1)]
+        leaves = _leaving(inner, [plate.emissivity * SIGMA * fourth[n][: first[n]] for n, plate in enumerate(plates)], [plate.emissivity for plate in plates])
+        direct = [plate.direct(time) for plate in plates]
+        light = [np.zeros(count) for count in first]
+        if any(direct):
+            light = _leaving(inner, [np.full(first[n], (1 - plate.absorptivity) * direct[n]) for n, plate in enumerate(plates)], [plate.absorptivity for plate in plates])
+        return [
+            (plate.emissivity * (both[n] @ leaves[1 - n]) + plate.absorptivity * (direct[n] + both[n] @ light[1 - n]) + plate.sun - (plate.emissivity + plate.back) * SIGMA * fourth[n]) / plate.capacity
+            for n, plate in enumerate(plates)
+        ]
 
     kelvin = [np.full(first[n] + len(seen[n]), float(initial)) for n in (0, 1)]
     small = min(step, 15.0)

@@ -1,6 +1,6 @@
 """The cases, in the order in which they run."""
 
-from . import abutting, can, comb, eclipse, floor_wall, hinge, hole, plain, sandwich, slab, spin, station_cut, tube, wedge
+from . import abutting, can, comb, eclipse, floor_wall, hinge, hole, plain, rise, sandwich, slab, spin, station_cut, tube, wedge
 
 ALL = [
     *abutting.CASES,
@@ -15,6 +15,7 @@ ALL = [
     *floor_wall.CASES,
     *wedge.CASES,
     *sandwich.CASES,
+    *rise.CASES,
     *hinge.CASES,
     *station_cut.CASES,
 ]
