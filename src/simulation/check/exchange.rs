@@ -7,7 +7,9 @@ use glam::DAffine3;
 
 use crate::environment::StepLoad;
 use crate::environment::shadow::Lit;
+use crate::exchange::errors::at_most;
 use crate::exchange::lead::Lead;
+use crate::exchange::patches::Patch;
 use crate::exchange::sky::{Due, LastFound, Renewal};
 use crate::exchange::step::{CraftLight, Exchange};
 use crate::simulation::exchange::ExchangeCraft;
@@ -162,12 +164,16 @@ impl ExchangeCheck {
         let kelvin = exchange.kelvin_per_flux(|node| temperatures[node]);
         let warm = exchange.kelvin_per_flux(|_| COLD);
         let patches = || exchange.patches.iter().zip(kelvin.iter().zip(&warm)).enumerate();
+        let nodes = |patch: &Patch| exchange.nodes[patch.nodes.clone()].iter();
+        let temperature =
+            |patch: &Patch| nodes(patch).map(|(node, share)| share * temperatures[*node as usize]).sum::<f64>();
+        let error = |patch: &Patch, error: f64| at_most(error.abs(), temperature(patch));
         let warm_ones = || patches().filter(|(_, (_, (kelvin, warm)))| kelvin < warm);
         // Where rays were cast anew the rows changed, not the time.
         if !turned && self.progress.before.len() == absorbed.len() {
             for (number, (patch, (kelvin, _))) in warm_ones() {
                 let middle = 0.5 * (absorbed[number] + self.progress.at_start[number]);
-                self.progress.errors[2].add(kelvin * (middle - self.progress.before[number]), patch.area);
+                self.progress.errors[2].add(error(patch, kelvin * (middle - self.progress.before[number])), patch.area);
             }
         }
         if self.progress.steps.is_multiple_of(EVERY) {
@@ -175,11 +181,12 @@ impl ExchangeCheck {
             let errors = exchange.errors(sent, &self.progress.light, bounces);
             let uncertain = exchange.uncertainty(&errors, absorbed, held.as_deref());
             for (number, (patch, (kelvin, _))) in warm_ones() {
-                self.progress.errors[0].add(kelvin * uncertain[number].rays, patch.area);
-                self.progress.errors[4].add(kelvin * uncertain[number].size, patch.area);
-                self.progress.errors[1].add(kelvin * errors[number].left_out, patch.area);
+                self.progress.errors[0].add(error(patch, kelvin * uncertain[number].rays), patch.area);
+                self.progress.errors[4].add(error(patch, kelvin * uncertain[number].size), patch.area);
+                self.progress.errors[1].add(error(patch, kelvin * errors[number].left_out), patch.area);
                 // The first light, and light that jumped, have no such error.
-                self.progress.errors[3].add(kelvin * held.as_ref().map_or(0.0, |held| held[number]), patch.area);
+                let held = held.as_ref().map_or(0.0, |held| held[number]);
+                self.progress.errors[3].add(error(patch, kelvin * held), patch.area);
             }
         }
     }
