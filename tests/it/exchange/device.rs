@@ -111,6 +111,16 @@ fn a_convex_craft_has_exchange_without_rows() {
     worst.within(0.01, "K", "a box with exchange");
 }
 
+/// A start that knows no neighbours is told, unless the scene states a start or has no exchange.
+#[test]
+fn a_start_without_neighbours_is_told() {
+    let is_told = |prepared: Prepared| prepared.warnings.iter().any(|warning| warning.contains("without --from-state"));
+    assert!(is_told(prepared(&[])));
+    assert!(!is_told(prepared(&[("[radiance]", "[initial]\ntemperature = 290\n[radiance]")])));
+    assert!(!is_told(prepared(&[("step = ", "warm_up = \"periodic\"\nstep = ")])));
+    assert!(!is_told(Folder::new(&scene_with(&[])).prepared()));
+}
+
 /// The key changes temperatures where a material mirrors. Where none does, it changes nothing and says so.
 #[test]
 fn mirrored_sunlight_is_an_option() {
