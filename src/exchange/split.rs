@@ -36,7 +36,7 @@ const CARRIED: f64 = 0.5;
 const EVEN: f64 = 0.7;
 /// Patches up to which a craft is split.
 const MOST: usize = 3000;
-/// Such a difference from which on halves are parted whatever the number of patches. Two layers of a wall differ by more.
+/// Difference, as for [`DIFFERENCE`], from which on halves are parted whatever the number of patches. Two layers of a wall differ by more.
 const GROSS: f64 = 0.7;
 
 /// Size of patches [m] of which each has the nodes of a single place.
