@@ -1,16 +1,17 @@
-//! Makes the orbits of a shard, and the files of the whole set where all are there.
+//! Makes a shard of a data set, and the files of the whole set where all orbits are there.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use serde_json::{Map, Value as Json, json};
 
 use super::error::DatasetError;
 use super::orbit::{OrbitRun, Rejections};
-use super::orbit_files::{Encoded, encode_image, write};
 use super::orbit_folder::sum_of;
+use super::orbits_at_once::{Orbits, orbits_at_once};
 use super::scene_values::SceneText;
 use super::spec::Spec;
 use super::split::split_of;
@@ -19,8 +20,8 @@ use super::sums::fault_of_orbit;
 use super::whole::{SCENE, finish, is_complete};
 use crate::files;
 use crate::host;
+use crate::labels::image::Split;
 use crate::labels::made::fixed;
-use crate::labels::places;
 use crate::labels::silhouette::Solids;
 use crate::output::OutputError;
 use crate::scene::Scene;
@@ -58,7 +59,7 @@ pub struct DatasetSummary {
     pub rejections: Rejections,
     /// Time of the work [s].
     pub seconds: f64,
-    /// Part of it in which images were labelled, encoded and written, without steps and drawing [s].
+    /// Time in which images were labelled, encoded and written, without steps and drawing [s]: the sum over orbits that are made at once.
     pub(crate) seconds_of_files: f64,
     /// Whether the whole set is there.
     pub complete: bool,
@@ -67,6 +68,23 @@ pub struct DatasetSummary {
 impl DatasetSummary {
     pub(crate) fn images_an_hour(&self) -> f64 {
         if self.seconds > 0.0 { self.images as f64 / self.seconds * 3600.0 } else { 0.0 }
+    }
+
+    /// Adds the work of another thread. The time of the whole and its end are not of a thread.
+    pub(super) fn add(&mut self, other: Self) {
+        self.images += other.images;
+        self.orbits += other.orbits;
+        self.kept += other.kept;
+        self.bytes += other.bytes;
+        self.seconds_of_files += other.seconds_of_files;
+        self.count(other.rejections);
+    }
+
+    /// Adds rejected attempts.
+    pub(super) fn count(&mut self, rejections: Rejections) {
+        for (reason, rejected) in rejections {
+            *self.rejections.entry(reason).or_default() += rejected;
+        }
     }
 
     pub(crate) fn bytes_an_image(&self) -> f64 {
@@ -137,59 +155,17 @@ pub fn make(
     let scene = scenes.of_orbit(spec, 0)?.scene;
     let identity = identity(spec, &scene, &files, target, allows_outside)?;
     // A fault of the craft ends the command before a folder is made.
-    let mut next = match shard.orbits(spec).next() {
+    let first = match shard.orbits(spec).next() {
         Some(first) => Some(OrbitRun::new(spec, scenes, target, first)?),
         None => None,
     };
-    if let Some(first) = &next {
+    if let Some(first) = &first {
         first.check_symmetries()?;
     }
-    let place = |orbit: u64| (split_of(spec, orbit), orbit as u32);
-    let store = Store::open(root, &identity, begin, &mut shard.orbits(spec).map(place))?;
-    let mut made = DatasetSummary::default();
-    for orbit in shard.orbits(spec) {
-        let (split, number) = place(orbit);
-        let images = spec.images_of(orbit);
-        let count = images.end - images.start;
-        let prepared = next.take();
-        if store.has(split, number) {
-            check_kept(&store, &places::orbit(split, number))?;
-            made.kept += 1;
-            progress(count, true);
-            continue;
-        }
-        let mut run = match prepared {
-            Some(run) => run,
-            None => OrbitRun::new(spec, scenes, target, orbit)?,
-        };
-        let solids = Solids::new(&run.craft);
-        let mut folder = store.begin(split, number)?;
-        let mut encoded: Vec<Encoded> = Vec::new();
-        let outcome = run.run(&|_| true, stop, &mut |craft, simulation, image, labelled| {
-            let began = Instant::now();
-            let image = encode_image(spec, (craft, &solids, simulation), image, labelled)?;
-            encoded.push(image.write(&mut folder)?);
-            made.seconds_of_files += began.elapsed().as_secs_f64();
-            progress(1, false);
-            Ok(())
-        })?;
-        if outcome.stopped {
-            return Err(DatasetError::Stopped(root.to_path_buf()));
-        }
-        let began = Instant::now();
-        write(&mut folder, spec, &run, &outcome, encoded)?;
-        made.seconds_of_files += began.elapsed().as_secs_f64();
-        made.images += count;
-        made.orbits += 1;
-        made.bytes += folder.bytes;
-        store.commit(folder)?;
-        for (reason, rejected) in outcome.rejections {
-            *made.rejections.entry(reason).or_default() += rejected;
-        }
-        if stop.load(Ordering::Relaxed) {
-            return Err(DatasetError::Stopped(root.to_path_buf()));
-        }
-    }
+    let store = Store::open(root, &identity, begin, &mut shard.orbits(spec).map(|orbit| place(spec, orbit)))?;
+    let at_once = first.as_ref().map_or(1, |first| orbits_at_once(first.nodes(), shard.orbits(spec).count()));
+    let orbits = Orbits { order, store: &store, left: Mutex::new(shard.orbits(spec)), first: Mutex::new(first) };
+    let mut made = orbits.make(at_once, stop, progress)?;
     if is_complete(spec, &store) {
         let unreadable =
             |fault: files::FileFault| OutputError::Read(spec.scene.clone(), std::io::Error::other(fault.to_string()));
@@ -202,12 +178,17 @@ pub fn make(
         made.complete = true;
     }
     made.seconds = began.elapsed().as_secs_f64();
-    report(&store, shard, target, &made)?;
+    report(&store, shard, (target, at_once), &made)?;
     Ok(made)
 }
 
+/// The folder of an orbit.
+pub(super) fn place(spec: &Spec, orbit: u64) -> (Split, u32) {
+    (split_of(spec, orbit), orbit as u32)
+}
+
 /// Checks an orbit that was there before.
-fn check_kept(store: &Store, place: &str) -> Result<(), DatasetError> {
+pub(super) fn check_kept(store: &Store, place: &str) -> Result<(), DatasetError> {
     match fault_of_orbit(store.guarded(), place) {
         None => Ok(()),
         Some(fault) => {
@@ -218,7 +199,12 @@ fn check_kept(store: &Store, place: &str) -> Result<(), DatasetError> {
 }
 
 /// Writes the report of a process, which holds times and is under no checksum.
-fn report(store: &Store, shard: Shard, target: &Target, made: &DatasetSummary) -> Result<(), DatasetError> {
+fn report(
+    store: &Store,
+    shard: Shard,
+    (target, at_once): (&Target, usize),
+    made: &DatasetSummary,
+) -> Result<(), DatasetError> {
     let rejected: Map<String, Json> =
         made.rejections.iter().map(|(reason, count)| (reason.words().to_owned(), json!(count))).collect();
     let report = json!({
@@ -228,6 +214,7 @@ fn report(store: &Store, shard: Shard, target: &Target, made: &DatasetSummary) -
         "images": made.images,
         "orbits": made.orbits,
         "orbits_kept": made.kept,
+        "orbits_at_once": at_once,
         "seconds": made.seconds,
         "seconds_of_files": made.seconds_of_files,
         "images_an_hour": made.images_an_hour(),

@@ -95,6 +95,11 @@ impl<'a> OrbitRun<'a> {
         symmetry::check(&self.craft, &self.spec.labels.symmetries).map_err(wrong)
     }
 
+    /// Number of nodes of the craft.
+    pub(super) fn nodes(&self) -> usize {
+        self.simulation.prepared().nodes.real().count()
+    }
+
     pub(crate) fn number(&self) -> u64 {
         self.number
     }

@@ -26,6 +26,8 @@ pub struct AlbedoField {
     noon: OnceLock<AlbedoTable>,
     /// `CROSSING_INTERVALS + 1` tables while the terminator crosses the visible cap from one side to the other.
     crossing: Vec<OnceLock<AlbedoTable>>,
+    /// Fields from which its tables are interpolated. `None` where it integrates its own.
+    between: Option<Arc<AlbedoFields>>,
 }
 
 /// Intervals of the zenith angle while the terminator crosses the visible cap.
@@ -37,7 +39,13 @@ impl AlbedoField {
         let horizon = horizon_angle(distance_ratio);
         let spread = spread(distance_ratio, horizon);
         let crossing = vec![OnceLock::new(); CROSSING_INTERVALS + 1];
-        Self { distance_ratio, horizon, spread, noon: OnceLock::new(), crossing }
+        Self { distance_ratio, horizon, spread, noon: OnceLock::new(), crossing, between: None }
+    }
+
+    /// The field for a distance, with tables that are interpolated between fields of other distances. A step then blends a few tables of one distance.
+    pub(super) fn between(fields: &Arc<AlbedoFields>, distance_ratio: f64) -> Self {
+        let between = AlbedoFields::holds(distance_ratio).then(|| Arc::clone(fields));
+        Self { between, ..Self::new(distance_ratio) }
     }
 
     /// Whether both fields are of one distance.
@@ -46,11 +54,17 @@ impl AlbedoField {
     }
 
     fn noon(&self) -> &AlbedoTable {
-        self.noon.get_or_init(|| tabulate(self.distance_ratio, 0.0))
+        self.noon.get_or_init(|| match &self.between {
+            Some(fields) => fields.interpolate(self.distance_ratio, Self::noon),
+            None => tabulate(self.distance_ratio, 0.0),
+        })
     }
 
     fn crossing(&self, level: usize) -> &AlbedoTable {
         self.crossing[level].get_or_init(|| {
+            if let Some(fields) = &self.between {
+                return fields.interpolate(self.distance_ratio, |field| field.crossing(level));
+            }
             let reach = (self.horizon / self.spread).asinh();
             let u = 2.0 * level as f64 / CROSSING_INTERVALS as f64 - 1.0;
             tabulate(self.distance_ratio, FRAC_PI_2 + self.spread * (reach * u).sinh())
@@ -142,19 +156,36 @@ impl AlbedoFields {
     pub(crate) fn table(&self, distance_ratio: f64, sun_zenith: f64) -> Option<AlbedoTable> {
         let horizon = horizon_angle(distance_ratio);
         let shares = shares(horizon, spread(distance_ratio, horizon), sun_zenith)?;
-        let altitude = distance_ratio - 1.0;
-        if !(LOWEST..=HIGHEST).contains(&altitude) {
+        if !Self::holds(distance_ratio) {
             return Some(tabulate(distance_ratio, sun_zenith));
         }
-        let position = (altitude / LOWEST).ln() / RATIO.ln();
-        let first = (position as usize).clamp(1, self.fields.len() - 3) - 1;
         let (mut tables, mut weights) = (Vec::new(), Vec::new());
-        for (offset, share) in cubic(position - first as f64).into_iter().enumerate() {
-            let (more, shares) = self.field(first + offset).terms(shares, sun_zenith);
+        for (field, share) in self.around(distance_ratio) {
+            let (more, shares) = field.terms(shares, sun_zenith);
             tables.extend(more);
             weights.extend(shares.into_iter().map(|weight| weight * share));
         }
         Some(blend(&tables, &weights))
+    }
+
+    /// A table for a distance ratio between the tables that `table` takes from the nearest fields.
+    fn interpolate(&self, distance_ratio: f64, table: impl Fn(&AlbedoField) -> &AlbedoTable) -> AlbedoTable {
+        let (tables, weights): (Vec<_>, Vec<_>) =
+            self.around(distance_ratio).into_iter().map(|(field, weight)| (table(field), weight)).unzip();
+        blend(&tables, &weights)
+    }
+
+    /// Whether a distance ratio lies within the altitudes of the fields.
+    fn holds(distance_ratio: f64) -> bool {
+        (LOWEST..=HIGHEST).contains(&(distance_ratio - 1.0))
+    }
+
+    /// The four nearest fields to a distance ratio, each with its weight.
+    fn around(&self, distance_ratio: f64) -> [(&AlbedoField, f64); 4] {
+        let position = ((distance_ratio - 1.0) / LOWEST).ln() / RATIO.ln();
+        let first = (position as usize).clamp(1, self.fields.len() - 3) - 1;
+        let weights = cubic(position - first as f64);
+        [0, 1, 2, 3].map(|offset| (self.field(first + offset), weights[offset]))
     }
 
     fn field(&self, index: usize) -> &AlbedoField {
@@ -239,12 +270,18 @@ mod tests {
 
     #[test]
     fn fields_of_many_distances_give_those_between() {
-        let fields = AlbedoFields::default();
-        for altitude in [130.0, 419.0, 8000.0] {
+        let fields = Arc::new(AlbedoFields::default());
+        for (altitude, circular) in
+            [130.0, 419.0, 8000.0].into_iter().flat_map(|altitude| [(altitude, false), (altitude, true)])
+        {
             let ratio = 1.0 + altitude / 6371.0;
             let dark = FRAC_PI_2 + horizon_angle(ratio);
+            let at = |ratio: f64, sun_zenith: f64| match circular {
+                true => AlbedoField::between(&fields, ratio).table(sun_zenith),
+                false => fields.table(ratio, sun_zenith),
+            };
             let error = |sun_zenith: f64, ratio: f64, read: f64| {
-                let table = fields.table(read, sun_zenith).expect("some of the cap is lit");
+                let table = at(read, sun_zenith).expect("some of the cap is lit");
                 normals(400, sun_zenith)
                     .map(|normal| {
                         let exact = albedo_factor(normal, ratio, sun_zenith);
@@ -257,7 +294,7 @@ mod tests {
             println!("{altitude} km: largest error of the albedo table between distances {worst:.1e}");
             assert!(worst < 1e-4, "{altitude} km: {worst:e}");
             assert!(error(0.5, ratio, 1.01 * ratio) > 1e-3, "another distance is seen");
-            assert!(fields.table(ratio, dark + 1e-12).is_none());
+            assert!(at(ratio, dark + 1e-12).is_none());
         }
     }
 

@@ -97,7 +97,10 @@ impl StepLoads {
     /// Takes the albedo from fields that loads of other orbits share, so that orbits of many heights make few tables.
     pub(crate) fn share_albedo(&mut self, fields: &Arc<AlbedoFields>) {
         if self.albedo.is_some() {
-            self.albedo = Some(AlbedoSource::Varying(Arc::clone(fields)));
+            self.albedo = Some(match self.sky.constant_distance_ratio() {
+                Some(ratio) => AlbedoSource::Fixed(Arc::new(AlbedoField::between(fields, ratio))),
+                None => AlbedoSource::Varying(Arc::clone(fields)),
+            });
         }
     }
 

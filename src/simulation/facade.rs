@@ -110,7 +110,7 @@ impl Simulation {
     /// Takes the albedo from fields that other simulations share.
     pub(crate) fn share_albedo(&mut self, fields: &Arc<AlbedoFields>) {
         self.prepared.loads.share_albedo(fields);
-        self.own.share_albedo(fields);
+        self.own = self.prepared.loads.clone();
     }
 
     /// Takes a scene that was prepared.

@@ -1,0 +1,159 @@
+//! Makes orbits of a data set, several at once where the craft is small.
+//!
+//! Steps of a small craft are short, so a device and the host wait for each other most of the time. Another orbit fills that time. Orbits share nothing that
+//! one of them changes, so their files are the same in any order.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Sender, channel};
+use std::sync::{Mutex, PoisonError};
+use std::thread::{available_parallelism, scope};
+use std::time::Instant;
+
+use super::error::DatasetError;
+use super::make::{DatasetOrder, DatasetSummary, check_kept, place};
+use super::orbit::OrbitRun;
+use super::orbit_files::{Encoded, encode_image, write};
+use super::store::Store;
+use crate::labels::places;
+use crate::labels::silhouette::Solids;
+
+/// Most nodes of a craft of which several orbits are made at once. With more, a step keeps all processors busy, and each orbit takes memory.
+const SMALL: usize = 20_000;
+/// Most orbits at once.
+const MOST: usize = 4;
+
+/// How many of some orbits of a craft are made at once.
+pub(super) fn orbits_at_once(nodes: usize, orbits: usize) -> usize {
+    let processors = available_parallelism().map_or(1, usize::from);
+    if nodes > SMALL { 1 } else { processors.min(MOST).min(orbits).max(1) }
+}
+
+/// Orbits that several threads make.
+pub(super) struct Orbits<'a, 'b, I> {
+    pub(super) order: &'b DatasetOrder<'a>,
+    pub(super) store: &'b Store,
+    /// The orbits that no thread has begun.
+    pub(super) left: Mutex<I>,
+    /// The first orbit, which was prepared to see whether the craft is valid.
+    pub(super) first: Mutex<Option<OrbitRun<'a>>>,
+}
+
+/// A number of images, and whether they were kept from before.
+type Images = (u64, bool);
+
+impl<I: Iterator<Item = u64> + Send> Orbits<'_, '_, I> {
+    /// Makes them all, `at_once` at once.
+    ///
+    /// # Errors
+    /// The error of the lowest orbit that fails. No orbit is begun after an error.
+    pub(super) fn make(
+        &self,
+        at_once: usize,
+        stop: &AtomicBool,
+        progress: &mut dyn FnMut(u64, bool),
+    ) -> Result<DatasetSummary, DatasetError> {
+        let failed = AtomicBool::new(false);
+        let results = scope(|threads| {
+            let (tell, told) = channel();
+            let begin = |_| {
+                let (tell, failed) = (tell.clone(), &failed);
+                threads.spawn(move || {
+                    let made = self.make_some((stop, failed), &tell);
+                    failed.fetch_or(made.is_err(), Ordering::Relaxed);
+                    made
+                })
+            };
+            let threads: Vec<_> = (0..at_once).map(begin).collect();
+            drop(tell);
+            for (images, kept) in told {
+                progress(images, kept);
+            }
+            let ended = |thread: std::thread::ScopedJoinHandle<'_, _>| match thread.join() {
+                Ok(result) => result,
+                Err(panic) => std::panic::resume_unwind(panic),
+            };
+            threads.into_iter().map(ended).collect::<Vec<Result<DatasetSummary, (u64, DatasetError)>>>()
+        });
+        let mut whole = DatasetSummary::default();
+        let mut errors = Vec::new();
+        for result in results {
+            match result {
+                Ok(made) => whole.add(made),
+                Err(error) => errors.push(error),
+            }
+        }
+        match errors.into_iter().min_by_key(|(orbit, _)| *orbit) {
+            None => Ok(whole),
+            Some((_, error)) => Err(error),
+        }
+    }
+
+    /// Makes orbits, one after the other, until none is left, another thread fails or a signal comes.
+    fn make_some(
+        &self,
+        (stop, failed): (&AtomicBool, &AtomicBool),
+        tell: &Sender<Images>,
+    ) -> Result<DatasetSummary, (u64, DatasetError)> {
+        let mut made = DatasetSummary::default();
+        while !failed.load(Ordering::Relaxed) {
+            let Some(orbit) = self.left.lock().unwrap_or_else(PoisonError::into_inner).next() else { break };
+            self.make_one(orbit, stop, tell, &mut made).map_err(|error| (orbit, error))?;
+        }
+        Ok(made)
+    }
+
+    fn make_one(
+        &self,
+        orbit: u64,
+        stop: &AtomicBool,
+        tell: &Sender<Images>,
+        made: &mut DatasetSummary,
+    ) -> Result<(), DatasetError> {
+        let DatasetOrder { spec, scenes, target, root, .. } = *self.order;
+        let (split, number) = place(spec, orbit);
+        let images = spec.images_of(orbit);
+        let count = images.end - images.start;
+        // The receiver lives as long as the threads.
+        let say = |images: Images| _ = tell.send(images);
+        let prepared = {
+            let mut first = self.first.lock().unwrap_or_else(PoisonError::into_inner);
+            first.take_if(|first| first.number() == orbit)
+        };
+        if self.store.has(split, number) {
+            check_kept(self.store, &places::orbit(split, number))?;
+            made.kept += 1;
+            say((count, true));
+            return Ok(());
+        }
+        let mut run = match prepared {
+            Some(run) => run,
+            None => OrbitRun::new(spec, scenes, target, orbit)?,
+        };
+        let solids = Solids::new(&run.craft);
+        let mut folder = self.store.begin(split, number)?;
+        let mut encoded: Vec<Encoded> = Vec::new();
+        let outcome = run.run(&|_| true, stop, &mut |craft, simulation, image, labelled| {
+            let began = Instant::now();
+            let image = encode_image(spec, (craft, &solids, simulation), image, labelled)?;
+            encoded.push(image.write(&mut folder)?);
+            made.seconds_of_files += began.elapsed().as_secs_f64();
+            say((1, false));
+            Ok(())
+        })?;
+        if outcome.stopped {
+            return Err(DatasetError::Stopped(root.to_path_buf()));
+        }
+        let began = Instant::now();
+        write(&mut folder, spec, &run, &outcome, encoded)?;
+        made.seconds_of_files += began.elapsed().as_secs_f64();
+        made.images += count;
+        made.orbits += 1;
+        made.bytes += folder.bytes;
+        self.store.commit(folder)?;
+        made.count(outcome.rejections);
+        if stop.load(Ordering::Relaxed) {
+            return Err(DatasetError::Stopped(root.to_path_buf()));
+        }
+        Ok(())
+    }
+}
