@@ -242,6 +242,8 @@ pub(crate) struct Renewal {
     step: f64,
     /// Time for which the last infrared was held when it was computed anew [s]. 0 where none came before.
     pub(crate) held: f64,
+    /// Whether rows have changed since.
+    new_rows: bool,
     /// The last computation. A saved state keeps it.
     pub(crate) last: LastFound,
 }
@@ -277,11 +279,12 @@ impl Renewal {
     /// Lets the infrared count as held for long enough, because its rows have changed.
     pub(crate) fn new_rows(&mut self) {
         self.last.since[1] = self.every;
+        self.new_rows = true;
     }
 
     /// Whether light is computed anew for a load that lasts `steps`, with rows that are new or not.
     pub(crate) fn finds_light(&self, load: &StepLoad, steps: f64, new_rows: bool) -> bool {
-        self.is_far(&FoundFor::new(load), new_rows || self.is_due(steps))
+        self.is_far(&FoundFor::new(load), new_rows || self.is_due(steps), new_rows)
     }
 
     /// Whether infrared would be held for too long if a load that lasts `steps` had it too.
@@ -290,11 +293,11 @@ impl Renewal {
     }
 
     /// Whether Sun, planet or joints have turned, or turn before infrared is found the next time, so far that light must be found with it.
-    fn is_far(&self, now: &FoundFor, infrared: bool) -> bool {
+    fn is_far(&self, now: &FoundFor, infrared: bool, new_rows: bool) -> bool {
         let turn = self.last.turn_to(now);
-        // Where nothing turns any more, what is a little off would be so for ever.
+        // Where nothing turns any more, what is a little off would be so for ever: the last light, or light by rows of other poses.
         let rests = (turn - self.last.turn).abs() <= STILL;
-        if rests && (turn > STILL || self.last.lead > 0.0) {
+        if rests && (turn > STILL || self.last.lead > 0.0 || new_rows) {
             return true;
         }
         let ahead = if infrared { (self.every - 1.0).max(0.0) / self.last.since[0].max(1.0) } else { 0.0 };
@@ -306,9 +309,10 @@ impl Renewal {
     pub(crate) fn due(&mut self, load: &StepLoad, steps: f64, fresh: bool) -> Due {
         let now = FoundFor::new(load);
         let infrared = self.is_due(steps);
+        let new_rows = std::mem::take(&mut self.new_rows);
         let turn = if fresh { f64::INFINITY } else { self.last.turn_to(&now) };
         let goes_on = !fresh && self.last.found_for.as_ref().is_some_and(|last| !now.restarts(last));
-        let due = if fresh || self.is_far(&now, infrared) {
+        let due = if fresh || self.is_far(&now, infrared, new_rows) {
             let moved = turn - self.last.turn;
             let is_steady = turn.is_finite() && moved > STILL && self.last.turn > 0.0;
             self.last.lead = if is_steady { 0.5 * (1.0 - moved / turn).clamp(0.0, 1.0) } else { 0.0 };
@@ -490,5 +494,25 @@ mod tests {
         assert!(matches!(leads(&stops)[..], [_, _, (6, lead), (8, 0.0)] if third(lead)), "{:?}", leads(&stops));
         jump[..10].fill(84.0);
         assert_eq!(leads(&jump), [(0, 0.0), (11, 0.0)]);
+    }
+    #[test]
+    fn light_is_found_with_the_rows_of_joints_that_rest() {
+        let load = |angle: f64| StepLoad {
+            start: 0.0,
+            sun: Vec::new(),
+            planet: None,
+            albedo: None,
+            background_temperature: 0.0,
+            joints: vec![DAffine3::from_rotation_y(angle)],
+        };
+        let mut renewal = Renewal::new(0.1, 10.0, 1.0);
+        assert_eq!(renewal.due(&load(0.0), 1.0, true), Due::All);
+        // A joint jumps, rests, and then has rows of its own.
+        assert_eq!(renewal.due(&load(1.0), 1.0, false), Due::All);
+        assert_eq!(renewal.due(&load(1.0), 1.0, false), Due::Nothing);
+        renewal.new_rows();
+        assert!(renewal.finds_light(&load(1.0), 1.0, true));
+        assert_eq!(renewal.due(&load(1.0), 1.0, false), Due::All);
+        assert_eq!(renewal.due(&load(1.0), 1.0, false), Due::Nothing);
     }
 }

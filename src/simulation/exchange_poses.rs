@@ -130,11 +130,13 @@ impl<T: Finding> Posed<T> {
     ) -> Option<&Arc<T>> {
         let before = std::mem::replace(&mut self.last, poses.to_vec());
         let limit = (SLACK * self.angle).max(STILL);
+        let moves = turned(&before, poses) > STILL;
         let place = match self.nearest(poses) {
+            // What a mean misses passes while a joint moves. It would stay where the joint rests.
+            Some((place, _)) if !moves && place.from != place.to => self.rest(poses, limit),
             Some((place, off)) if off <= limit => place,
             _ => self.extend(&before, poses),
         };
-        let moves = turned(&before, poses) > STILL;
         let changed = match &self.place {
             Some(held) if (held.from, held.to) == (place.from, place.to) && self.now.is_some() => {
                 let off = (place.share - held.share).abs();
@@ -258,6 +260,14 @@ impl<T: Finding> Posed<T> {
         });
         // A way comes before its ends, so that a joint that moves stays on it.
         ways.chain(points.filter(|(_, off)| *off <= STILL)).min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// The place of joints that rest: the nearest finding within a turn [rad], or one of their own.
+    fn rest(&mut self, poses: &[DAffine3], limit: f64) -> Place {
+        let off = self.known.iter().map(|known| (known.number, turned(&known.poses, poses)));
+        let nearest = off.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, off)| *off <= limit);
+        let number = nearest.map_or_else(|| self.push(poses.to_vec()), |(number, _)| number);
+        Place { from: number, to: number, share: 0.0 }
     }
 
     /// Adds a way from the last finding, or from these poses, to poses that are foreseen. Where a step turns a joint too far for that, or none, it adds these
@@ -416,6 +426,22 @@ mod tests {
         assert!(count < 40 && anew <= 2 && most < 0.045 && again < 0.045, "{most} {count} {again} {anew}");
         // A jump to elsewhere is found for at once.
         assert!(off(&mut posed, std::iter::once(2.5)).0 < 1e-9);
+    }
+
+    #[test]
+    fn joints_that_rest_have_a_finding_of_their_own() {
+        let mut posed = Posed::new(0.4);
+        // The mean of two directions is shorter than 1.
+        let length =
+            |posed: &Posed<Angle>| posed.found().map(|found| found.0[0].hypot(found.0[1])).expect("it was found");
+        let there_and_back = || (0..=25).chain((0..=25).rev()).chain(0..=25).map(|step| 0.02 * f64::from(step));
+        off(&mut posed, there_and_back());
+        assert!(length(&posed) < 0.999, "{}", length(&posed));
+        let (most, count) = off(&mut posed, [0.45; 3].into_iter());
+        assert!(most < 1e-3 && count == 1 && (length(&posed) - 1.0).abs() < 1e-12, "{most} {count}");
+        // On its way it knows all as before, and its place when it comes again.
+        let (_, count) = off(&mut posed, there_and_back().chain([0.45; 2]));
+        assert!(count == 0 && (length(&posed) - 1.0).abs() < 1e-12, "{count}");
     }
 
     #[test]
