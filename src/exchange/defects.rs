@@ -1,10 +1,11 @@
-//! Finds defects of a surface that mislead rays: open edges, edges of more than two triangles, faces that coincide, bodies with inward normals, and
+//! Finds defects of a surface that mislead rays: open edges, edges of more than two triangles, faces that coincide or overlap, bodies with inward normals, and
 //! nodes without area.
 
 use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
+use super::overlaps::lie_in_others;
 use super::patches::PatchSurface;
 use crate::thermal::material::{Material, Sides};
 use crate::thermal::network::connection::root;
@@ -18,6 +19,8 @@ pub struct Defects {
     pub crowded_edges: usize,
     /// Triangles that lie exactly on another, whichever way they face. Rays between the two meet nothing.
     pub coincident: usize,
+    /// Triangles that lie in the face of another surface, but not exactly on one of its triangles, and are seen from the same side.
+    pub overlapping: usize,
     /// Closed bodies of such materials whose normals look inwards.
     pub inward: usize,
     /// Triangles without area. No ray starts there and none ends there.
@@ -53,6 +56,17 @@ impl Defects {
         defects.coincident = faces.values().map(|count| count - 1).sum();
         defects.open_edges = edges.values().filter(|count| **count == 1).count();
         defects.crowded_edges = edges.values().filter(|count| **count > 2).count();
+        let face = |triangle: usize| {
+            let mut face = surface.triangles[triangle].map(|node| welded[node as usize]);
+            face.sort_unstable();
+            face
+        };
+        let single = |triangle: usize| {
+            let node = surface.triangles[triangle][0] as usize;
+            matches!(materials[surface.materials[node] as usize].sides, Sides::Outside)
+        };
+        let lie = lie_in_others(surface, single, |one, other| face(one) == face(other));
+        defects.overlapping = lie.into_iter().filter(|lies| *lies).count();
         defects.inward = inward(surface, &welded, &triangles, &edges);
         defects
     }
@@ -75,6 +89,7 @@ impl Defects {
                 ["triangle", "triangles"],
                 "exactly on another; the two see past each other, and rays that start on one may meet the inner face of the other",
             ),
+            (self.overlapping, ["triangle", "triangles"], OVERLAPPING),
             (
                 self.inward,
                 ["closed body", "closed bodies"],
@@ -98,6 +113,7 @@ impl Defects {
                 ["triangle", "triangles"],
                 "exactly on another; which of the two hides the other is not clear",
             ),
+            (self.overlapping, ["triangle", "triangles"], OVERLAPPING),
             (
                 self.inward,
                 ["closed body", "closed bodies"],
@@ -107,6 +123,8 @@ impl Defects {
         in_words("shadows", &told)
     }
 }
+
+const OVERLAPPING: &str = "in the face of another surface; rays start behind one of the two, and images show now one, now the other. Move one of them by some millimetres";
 
 fn in_words(section: &str, told: &[(usize, [&str; 2], &str)]) -> Vec<String> {
     let some = told.iter().filter(|(count, ..)| *count > 0);

@@ -21,6 +21,7 @@ pub(crate) mod hold;
 pub(crate) mod jointed_rays;
 pub(crate) mod lead;
 pub(crate) mod mirrors;
+mod overlaps;
 pub(crate) mod packed;
 pub(crate) mod patches;
 pub(crate) mod posed;
