@@ -103,15 +103,19 @@ fn gap(from: &HalfPlane, to: &HalfPlane) -> HalfPlane {
 pub(super) struct Faces<'a> {
     pub(super) sides: [&'a ContactSide; 2],
     pub(super) distance: f64,
+    /// Whether faces that look away from each other touch where their sheets fill the gap, as the two skins of a panel do.
+    pub(super) back_to_back: bool,
 }
 
 impl Faces<'_> {
     /// The areas of contact of all pairs of triangles.
     pub(super) fn find(&self) -> Found {
         let [first, second] = self.sides;
+        let thickest = second.thickness.iter().copied().fold(0.0, f64::max);
         let of_triangle = |mut contacts: Found, a: usize| {
             let [p, q, r] = first.corners[a];
-            let [low, high] = [p.min(q).min(r) - self.distance, p.max(q).max(r) + self.distance];
+            let reach = self.reach(first.thickness[a] + thickest);
+            let [low, high] = [p.min(q).min(r) - reach, p.max(q).max(r) + reach];
             second.near(low, high, |b| {
                 if self.are_pair(a, b) {
                     self.touch(a, b, &mut contacts);
@@ -125,6 +129,11 @@ impl Faces<'_> {
             contacts
         };
         (0..first.corners.len()).into_par_iter().fold(Found::default, of_triangle).reduce(Found::default, both)
+    }
+
+    /// Greatest distance between faces that look away from each other, with sheets of this thickness together [m].
+    fn reach(&self, thickness: f64) -> f64 {
+        if self.back_to_back { self.distance.max(thickness * (1.0 + SAME_GAP)) } else { self.distance }
     }
 
     /// Whether two triangles can be in contact. Triangles of one part and material conduct through their mesh. Where both belong to both sides, one
@@ -145,7 +154,10 @@ impl Faces<'_> {
         let apart = gap(&lower, &upper);
         let flat = [0, 1].map(|side| frame.polygon(corners[side], normals[side]));
         let common = flat[0].within(&flat[1].sides());
-        let common = common.within(&[apart.above(-self.distance), apart.reversed().above(-self.distance)]);
+        // The frame's normal is along the first one. Below it, faces with opposite normals look away from each other.
+        let away = normals[0].dot(normals[1]) < 0.0;
+        let below = if away { self.reach(first.thickness[a] + second.thickness[b]) } else { self.distance };
+        let common = common.within(&[apart.above(-below), apart.reversed().above(-self.distance)]);
         if common.area() <= 0.0 {
             return;
         }

@@ -17,7 +17,7 @@ const AT: f64 = 300.0;
 /// What is done with neighbours that no contact joins.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NeighbourRule<'a> {
-    /// Greatest distance between the surfaces [m].
+    /// Greatest distance between the surfaces [m]. Faces that look away from each other also touch where their sheets fill the gap.
     pub(crate) distance: f64,
     /// Conductance of each square metre in contact [W/(m2 K)].
     pub(crate) per_area: f64,
@@ -60,7 +60,7 @@ pub(crate) fn touching(
         return touching;
     }
     let sides = [&side, &side];
-    let faces = Faces { sides, distance: rule.distance }.find();
+    let faces = Faces { sides, distance: rule.distance, back_to_back: true }.find();
     let edges = edge_touches(sides, rule.distance, &faces.met);
     let along: HashMap<ContactGroups, f64> = edges.iter().fold(HashMap::new(), |mut along, touch| {
         *along.entry(touch.owners).or_default() += touch.area;

@@ -445,3 +445,18 @@ fn neighbours_are_listed_with_their_area_or_length_and_joined_on_request() {
     let across = neighbours(&two, &[], true, &[0, 1]);
     assert!(sum(&across) < 0.5 * sum(&joined) && across.summary.neighbours.len() == 1);
 }
+
+/// The two skins of a panel, each of half its thickness, are neighbours: they look away from each other and fill the gap.
+#[test]
+fn skins_that_fill_a_gap_are_neighbours() {
+    // Sheets of 2 mm. The first looks up, and the second down.
+    let area = |first: f64, second: f64| {
+        let up = move |u: f64, v: f64| DVec3::new(u, v, first);
+        let down = move |u: f64, v: f64| DVec3::new(v, u, second);
+        let parts = Parts::default().grid(0, [4; 2], false, up).grid(1, [3; 2], true, down);
+        neighbours(&parts, &[], false, &[0; 2]).summary.neighbours.iter().map(|pair| pair.area).sum::<f64>()
+    };
+    assert!((area(0.004, 0.0) - 1.0).abs() < 1e-9, "{}", area(0.004, 0.0));
+    // A gap that they do not fill, and two skins that look at each other.
+    assert_eq!([area(0.0041, 0.0), area(0.0, 0.004)].map(f64::abs), [0.0; 2]);
+}
