@@ -9,11 +9,12 @@ use super::corner_image::{PixelNodes, pixel_nodes};
 use super::engine::{Engine, EngineError, SurfaceState};
 use super::image::Image;
 use super::parts::Passing;
+use super::pixel_light::gains::FoilGains;
 use super::prepare::Prepared;
 use crate::environment::StepLoad;
 use crate::environment::shadow::Lit;
 use crate::model::nodes::GROUP;
-use crate::thermal::budget::{Budget, CAUSES, SurfaceGains};
+use crate::thermal::budget::{Budget, CAUSES, EMITTED, STORED, SUN, SurfaceGains};
 use crate::thermal::incident::{IncidentFunction, incident};
 use crate::thermal::material::{Material, Response};
 use crate::thermal::reference::Reference;
@@ -152,16 +153,32 @@ pub(crate) fn part_budgets(prepared: &Prepared, budgets: &[Budget]) -> Vec<Budge
     sums.iter().map(|(sum, area)| sum.map(|sum| if *area > 0.0 { sum / area } else { 0.0 })).collect()
 }
 
-/// States the budget of every pixel of an image. Between the nodes of a triangle every gain follows a straight line. `number` is the number of an image at its own
-/// time.
+/// States the budget of every pixel of an image. Between the nodes of a triangle every gain follows a straight line. A pixel with light of its own has sunlight and
+/// emission of its own too. `number` is the number of an image at its own time.
 pub(crate) fn draw_budgets(prepared: &Prepared, budgets: &[Budget], image: &mut Image, number: Option<u32>) {
     let parts = part_budgets(prepared, budgets);
-    let of_part = |part: &u32| Some(parts.get(part.checked_sub(1)? as usize)?.map(|gain| gain as f32));
-    let shown = |(part, nodes): (&u32, &Option<PixelNodes>)| -> [f32; CAUSES] {
-        let of_nodes = nodes.map(|of| std::array::from_fn(|cause| of.mix(|node| budgets[node][cause]) as f32));
-        // A lone pixel at the rim has the budget of its part.
-        of_nodes.or_else(|| of_part(part)).unwrap_or_default()
-    };
+    let of_part = |part: &u32| Some(*parts.get(part.checked_sub(1)? as usize)?);
+    let past = prepared.past_light(image.time);
+    let foil = past.as_ref().map(FoilGains::new);
     let nodes = pixel_nodes(prepared, image, number);
-    image.budget = image.part.par_iter().zip(&nodes).map(shown).collect();
+    let between = |of: PixelNodes, kelvin: f64| -> Budget {
+        let mixed: Budget = std::array::from_fn(|cause| of.mix(|node| budgets[node][cause]));
+        let emitted = of.nodes.map(|node| budgets[node][EMITTED]);
+        let own = foil.as_ref().and_then(|foil| foil.of_place(of.nodes, of.weights, (kelvin, emitted)));
+        own.map_or(mixed, |[sun, emitted]| with_own_light(mixed, sun, emitted))
+    };
+    let shown = |(pixel, part): (usize, &u32)| -> [f32; CAUSES] {
+        let of_nodes = nodes[pixel].map(|of| between(of, f64::from(image.temperature[pixel])));
+        // A lone pixel at the rim has the budget of its part.
+        of_nodes.or_else(|| of_part(part)).unwrap_or_default().map(|gain| gain as f32)
+    };
+    image.budget = image.part.par_iter().enumerate().map(shown).collect();
+}
+
+/// A budget with another sunlight and another emission. The difference is stored.
+fn with_own_light(budget: Budget, sun: f64, emitted: f64) -> Budget {
+    let more = sun - budget[SUN] + emitted - budget[EMITTED];
+    let mut own = budget;
+    (own[SUN], own[EMITTED], own[STORED]) = (sun, emitted, budget[STORED] - more);
+    own
 }

@@ -13,6 +13,7 @@
 //! and the place takes the flux between them.
 
 mod foil_image;
+pub(crate) mod gains;
 mod moments;
 mod place;
 mod surface;

@@ -12,6 +12,11 @@ pub const CAUSES: usize = 8;
 pub const CHANNELS: [&str; CAUSES] =
     ["Q_sun", "Q_albedo", "Q_planet", "Q_exchange", "Q_conduction", "Q_heater", "Q_stored", "Q_emitted"];
 
+/// Places of some causes in a budget.
+pub(crate) const SUN: usize = 0;
+pub(crate) const STORED: usize = 6;
+pub(crate) const EMITTED: usize = 7;
+
 /// Gains of a surface [W/m2], over the area of one of its faces, in the order of [`CHANNELS`]. Their sum is 0.
 pub(crate) type Budget = [f64; CAUSES];
 

@@ -55,8 +55,9 @@ fn share_of_tiles(place: DVec3) -> f64 {
 fn draw(response: &str, edge: f64, key: &str, device: &str, plate: &str, all: &[(&str, [f32; 3], bool)]) -> Image {
     let rest = format!("[initial]\ntemperature = {START}\n[shadows]\n{key}[network]\ncontacts = \"stated\"\n");
     let text = scene(&[("floor", &skin(response)), ("plate", plate)], LIT, &rest);
-    let text =
-        text.replace("max_edge = 0.5", &format!("max_edge = {edge}")).replace("budget = true\n", "error = true\n");
+    let text = text
+        .replace("max_edge = 0.5", &format!("max_edge = {edge}"))
+        .replace("budget = true\n", "budget = true\nerror = true\n");
     let text = if response == "network" { text } else { text.replace("[network]\ncontacts = \"stated\"\n", "") };
     // Below the tiles.
     let text = if key.contains("[exchange]") {
@@ -103,6 +104,20 @@ fn wrong_beside(image: &Image, truth: impl Fn(DVec3) -> f64) -> (usize, f64) {
     (wrong, within as f64 / all.len() as f64)
 }
 
+/// How far the budgets of pixels more than their width away from the edge are from the light that falls there and the emission at their temperature [W/m2].
+fn budget_off(image: &Image) -> f64 {
+    let budgets = image.budget.iter().zip(&image.part).filter(|(_, part)| **part == 1).map(|(budget, _)| budget);
+    let off = |((place, [kelvin, _], width), budget): ((DVec3, [f64; 2], f64), &[f32; 8])| {
+        let sun = if place.x < 0.0 { sunlight() } else { 0.0 };
+        let emitted = -EMISSIVITY * STEFAN_BOLTZMANN * kelvin.powi(4);
+        let [sun, emitted] =
+            [(sun, budget[0]), (emitted, budget[7])].map(|(known, own)| (f64::from(own) - known).abs());
+        let sum: f64 = budget.iter().map(|gain| f64::from(*gain)).sum();
+        if place.x.abs() > width { sun.max(emitted).max(sum.abs()) } else { 0.0 }
+    };
+    floor(image).into_iter().zip(budgets).map(off).fold(0.0, f64::max)
+}
+
 #[test]
 fn the_edge_of_a_shadow_on_foil_lies_where_geometry_says_at_any_mesh() {
     for (response, edge) in [("radiative", 0.5), ("radiative", 4.0), ("network", 0.7)] {
@@ -110,13 +125,16 @@ fn the_edge_of_a_shadow_on_foil_lies_where_geometry_says_at_any_mesh() {
         for image in [&reference, &device] {
             let (wrong, within) = wrong(image);
             assert!(wrong == 0 && within > 0.9, "{response}, {edge} m: {wrong} pixels are wrong, {within} are within");
+            let off = budget_off(image);
+            assert!(off < 1.0, "{response}, {edge} m: budgets are {off} W/m2 off");
         }
         let differs = |(a, b): (&f32, &f32)| (a - b).abs() > 0.02;
         let apart = reference.temperature.iter().zip(&device.temperature).filter(|pair| differs(*pair)).count();
         assert!(apart < 4, "{response}, {edge} m: {apart} pixels differ between the reference and the device");
     }
-    let (wrong, _) = wrong(&image("radiative", 0.5, "in_pixels = false\n", "gpu"));
-    assert!(wrong > 30, "nodes alone put the edge into {wrong} pixels");
+    let nodes = image("radiative", 0.5, "in_pixels = false\n", "gpu");
+    let (wrong, off) = (wrong(&nodes).0, budget_off(&nodes));
+    assert!(wrong > 30 && off > 100.0, "nodes alone put the edge into {wrong} pixels, and budgets are {off} W/m2 off");
 }
 
 #[test]
