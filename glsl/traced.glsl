@@ -22,6 +22,8 @@ const float PLACE_ERROR = 4e-6;
 const float PIXEL_STEPS = 256.0;
 // Heights over the plane of a triangle at which a ray may start, in distances between its start and its own surface.
 const float OWN_LIFTS = 2.5;
+// Cosine of the angle at which a skin is seen edge-on. A device rounds corners, so there it may show the back of a facet at the rim of a body.
+const float EDGE_ON = 0.1;
 
 // A surface on the way of the light, in the axes of the camera, and the light that was found up to it.
 struct Path {
@@ -229,7 +231,7 @@ Path followed(Path here, Surroundings around, uvec2 pixel, uint vertex) {
         bool outside = dot(outward, direction) < 0.0;
         vec3 normal = outside ? outward : -outward;
         uint side = outside ? 0u : 1u;
-        next.face = 2u * (corners.w >> 2u) + side;
+        next.face = 2u * (corners.w >> 3u) + side;
         next.enclosed = (corners.w >> side) & 1u;
         next.lift = 0.0;
         next.normal = to_camera_axes(normal);
@@ -260,13 +262,17 @@ Path followed(Path here, Surroundings around, uvec2 pixel, uint vertex) {
 #ifndef RESUMED
 // The path from a surface that the image shows. `place` and both directions are in the axes of the camera, and `code` is what
 // TraceNodes has for its node.
-Path path_from(Surroundings around, uint code, uint side, uint node, vec3 normal, vec3 to_camera, vec3 place) {
+Path path_from(Surroundings around, uint code, uint shown, uint node, vec3 facing, vec3 to_camera, vec3 place) {
+    // The front of a skin whose back shows at its rim.
+    bool at_rim = (code & 4u) > 0u && shown == 1u && dot(facing, to_camera) < EDGE_ON;
+    uint side = at_rim ? 0u : shown;
+    vec3 normal = at_rim ? -facing : facing;
     vec3 moved = place - vec3(view.camera_from_body_x.w, view.camera_from_body_y.w, view.camera_from_body_z.w);
     float step = 2.0 / (PIXEL_STEPS * float(tracing.width) * view.clip_scale.x);
     float lift = tracing.start + (PLACE_ERROR + step) * length(place);
     // What lies towards the camera is free, also beside an edge where two faces meet.
     vec3 from = from_camera(moved + lift * (normal + to_camera));
-    uint face = 2u * (code >> 2u) + side;
+    uint face = 2u * (code >> 3u) + side;
     uint enclosed = (code >> side) & 1u;
     float temperature = node_temperature[node];
     float sum = 0.0;

@@ -79,12 +79,23 @@ pub(crate) struct TracedTriangles<'a> {
 pub(crate) struct TracedNode {
     pub(crate) material: u32,
     pub(crate) enclosed: [bool; 2],
+    /// Whether the material is the skin of a body, whose back nobody sees.
+    pub(crate) is_skin: bool,
 }
 
+/// Cosine of the angle at which a skin is seen edge-on: 84 deg. A device rounds corners, so there it may show the back of a facet at the rim of a body.
+const EDGE_ON: f64 = 0.1;
+
 impl TracedNode {
-    /// One word for the device: the material times 4; plus 1 where the front is enclosed; plus 2 where the back is.
+    /// One word for the device: the material times 8; plus 1 where the front is enclosed; plus 2 where the back is; plus 4 for a skin.
     pub(crate) fn word(self) -> u32 {
-        4 * self.material + u32::from(self.enclosed[0]) + 2 * u32::from(self.enclosed[1])
+        8 * self.material + u32::from(self.enclosed[0]) + 2 * u32::from(self.enclosed[1]) + 4 * u32::from(self.is_skin)
+    }
+
+    /// The face of which a sample is, and its normal: the front of a skin whose back shows at its rim.
+    fn shown(self, sample: &TracedSample) -> (usize, DVec3) {
+        let at_rim = self.is_skin && sample.face == 1 && sample.normal.dot(sample.to_camera) < EDGE_ON;
+        if at_rim { (0, -sample.normal) } else { (sample.face, sample.normal) }
     }
 }
 
@@ -181,7 +192,7 @@ struct Vertex<'a> {
 
 impl ReflectedCraft<'_> {
     fn vertex(&self, node: u32, face: usize) -> (&BandReflector, bool) {
-        let TracedNode { material, enclosed } = self.traced.nodes[node as usize];
+        let TracedNode { material, enclosed, .. } = self.traced.nodes[node as usize];
         (&self.reflectors[material as usize][face], enclosed[face])
     }
 
@@ -229,12 +240,13 @@ pub(crate) fn traced_radiance(craft: &ReflectedCraft, camera_from_body: &DAffine
     let ReflectedCraft { traced, surroundings, looks, .. } = *craft;
     let occluders = traced.occluders;
     let body_from_camera = camera_from_body.inverse();
-    let start = body_from_camera.transform_point3(sample.place + occluders.start * (sample.normal + sample.to_camera));
-    let (reflector, enclosed) = craft.vertex(sample.node, sample.face);
+    let (face, normal) = traced.nodes[sample.node as usize].shown(sample);
+    let start = body_from_camera.transform_point3(sample.place + occluders.start * (normal + sample.to_camera));
+    let (reflector, enclosed) = craft.vertex(sample.node, face);
     let mut here = Vertex {
         reflector,
         enclosed,
-        normal: sample.normal,
+        normal,
         seen: sample.to_camera,
         from: start,
         temperature: craft.temperatures[sample.node as usize],

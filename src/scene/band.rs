@@ -167,7 +167,7 @@ pub(super) fn sensors(
                 let Some(camera) = camera else {
                     return Err(section.clash("sensor", &["camera.*"], "needs a section [camera], which is missing"));
                 };
-                let preset = figures(&section, &band, preset)?;
+                let preset = figures((&section, section.has("preset")), &band, preset)?;
                 let context = SensorContext { camera, preset, pitch, passband: band.passband.clone() };
                 Some(sensor::read(&own, &context, files, assumptions)?)
             }
@@ -221,12 +221,12 @@ fn turns(surrounded: &Surrounded) -> bool {
     surrounded.planet.as_ref().is_some_and(|pattern| !matches!(pattern.axes, MapAxes::Sun))
 }
 
-/// The camera's preset, where its sensor sees the band at all.
+/// The camera's preset, where its sensor sees the band at all. `owner` is the section that states the sensor, and whether the band is the preset's own.
 ///
 /// # Errors
 /// A band that lies half in the preset's band.
-fn figures(
-    section: &Section,
+pub(super) fn figures(
+    (owner, of_preset): (&Section, bool),
     band: &SceneBand,
     preset: Option<&'static Preset>,
 ) -> Result<Option<&'static Preset>, SceneError> {
@@ -234,7 +234,7 @@ fn figures(
         return Ok(preset);
     };
     let [lower, upper] = band.passband.band.micrometres();
-    if section.has("preset") || (lower >= low && upper <= high) {
+    if of_preset || (lower >= low && upper <= high) {
         return Ok(preset);
     }
     if upper <= low || lower >= high {
@@ -244,7 +244,7 @@ fn figures(
         "band '{}' runs from {lower} to {upper} um, and the sensor of {} sees {low} to {high} um: the band must lie inside or outside of it",
         band.name, camera.name
     );
-    Err(section.clash("sensor", &["band_um", "response", "camera.preset"], message))
+    Err(owner.clash("sensor", &["band_um", "response", "camera.preset"], message))
 }
 
 /// Reads `output.ratio`.

@@ -307,7 +307,11 @@ fn read_sensed(
     (files, assumptions): (&mut Vec<PathBuf>, &mut Vec<String>),
 ) -> Result<SensedCamera, SceneError> {
     let passband = bands.first().map_or_else(|| band.into(), |(first, _)| first.passband.clone());
-    let sensor = optional_sensor(root, camera.as_ref(), preset, passband, files, assumptions)?;
+    let of_first = match bands.first() {
+        Some((first, section)) if root.has("sensor") => band::figures((root, section.has("preset")), first, preset)?,
+        _ => preset,
+    };
+    let sensor = optional_sensor(root, camera.as_ref(), of_first, passband, files, assumptions)?;
     let pitch = pitch(root, preset)?;
     let context = band::BandContext { root, camera: camera.as_ref(), preset, pitch, environment, surrounded };
     let bands = band::sensors(bands, sensor.as_ref(), &context, (files, assumptions))?;

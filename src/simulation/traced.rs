@@ -11,6 +11,7 @@ use crate::gpu::renderer;
 use crate::model::nodes::GROUP;
 use crate::raster::traced::{self, PathEnd, TracedNode};
 use crate::scene::Reflections;
+use crate::thermal::material::Sides;
 
 /// Most rays that an invocation follows in a dispatch. With the texels of a dispatch they keep it short of a desktop's watchdog.
 const RAYS_AT_ONCE: u32 = 8;
@@ -64,7 +65,11 @@ fn enclosed(occluders: &Occluders) -> Vec<[bool; 2]> {
 /// Materials of the nodes. A side of a node is enclosed where the triangles at it are, as the joints place them at the start.
 fn traced_nodes(prepared: &Prepared, surface: &Jointed, sides: &[[bool; 2]]) -> Vec<TracedNode> {
     let nodes = &prepared.nodes;
-    let with_material = |node: usize| TracedNode { material: nodes.group_material[node / GROUP], enclosed: [true; 2] };
+    let with_material = |node: usize| {
+        let material = nodes.group_material[node / GROUP];
+        let is_skin = prepared.materials[material as usize].sides == Sides::Outside;
+        TracedNode { material, enclosed: [true; 2], is_skin }
+    };
     let mut traced: Vec<TracedNode> = (0..nodes.positions.len()).map(with_material).collect();
     for (triangle, sides) in surface.triangles.iter().zip(sides) {
         for node in triangle {

@@ -356,11 +356,16 @@ fn wrong_bands_are_refused() {
         assert_eq!(code, Some(2), "{message}");
         assert!(message.contains(expected), "'{expected}' is not in: {message}");
     }
-    let half = format!("{}[band.sensor]\nnetd = 0.1\n", band("band_um = [10, 20]"));
-    let scene = plate(300.0, &material("plate", 0.8, ""), &half);
-    let scene = scene.replace("[camera]\n", preset).replace("width = 9\nheight = 9\n", "");
-    let folder = plate_folder(&scene);
-    let (code, message) =
-        refusal(&isotherm(folder.0.path(), &["run", "scene.toml", "-o", "out"]).output().expect("it starts"));
-    assert!(code == Some(2) && message.contains("the sensor of Hera TIRI sees 8 to 14 um"), "{message}");
+    // The figures of a preset hold in its band alone, wherever the sensor is stated.
+    let sensors = [("", "[band.sensor]\nnetd = 0.1\n"), ("[sensor]\nnetd = 0.1\n", "")];
+    let ends = [("[10, 20]", "the sensor of Hera TIRI sees 8 to 14 um"), ("[3, 5]", "sensor.range")];
+    for ((of_first, of_band), (ends, expected)) in sensors.into_iter().flat_map(|one| ends.map(|end| (one, end))) {
+        let sections = format!("{of_first}{}{of_band}", band(&format!("band_um = {ends}")));
+        let scene = plate(300.0, &material("plate", 0.8, ""), &sections);
+        let scene = scene.replace("[camera]\n", preset).replace("width = 9\nheight = 9\n", "");
+        let folder = plate_folder(&scene);
+        let (code, message) =
+            refusal(&isotherm(folder.0.path(), &["run", "scene.toml", "-o", "out"]).output().expect("it starts"));
+        assert!(code == Some(2) && message.contains(expected), "{sections}: {message}");
+    }
 }

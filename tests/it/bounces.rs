@@ -238,12 +238,16 @@ fn a_planet_outside_a_closed_box_adds_no_noise() {
 fn a_convex_body_looks_the_same_with_and_without_rays() {
     let folder = Folder::new("");
     save_ball(&folder);
-    let camera = "width = 96\nheight = 72\nfov_deg = 30\nposition = [3, 2, 4]\nlook_at = [0, 0, 0]\nup = [0, 1, 0]";
-    for finish in ["", "specular = 1", "specular = 1\nroughness = 0.3"] {
+    // Where a device rounds the corners of a facet that is seen edge-on, it may show its back. That happens in a few of these views.
+    let views = ["[3, 2, 4]", "[4, 3, 1]", "[-1, 4.2, 2.3]", "[2.2, -4.1, 1.4]"];
+    let finishes = ["", "specular = 1", "specular = 1\nroughness = 0.3"];
+    for (view, finish) in views.into_iter().flat_map(|view| finishes.map(|finish| (view, finish))) {
+        let camera =
+            format!("width = 320\nheight = 240\nfov_deg = 25\nposition = {view}\nlook_at = [0, 0, 0]\nup = [0, 1, 0]");
         let image = |reflections: &str| {
             let radiance =
                 format!("reflections = \"{reflections}\"\nbackground = \"planet\"\nplanet_temperature = 255");
-            let text = scene(250.0, &material("ball", 0.1, finish), &radiance, camera);
+            let text = scene(250.0, &material("ball", 0.1, finish), &radiance, &camera);
             let sun = "background_temperature = 0\nsolar_constant = 1361";
             folder.write("scene.toml", &text.replace("background_temperature = 0", sun));
             let prepared = folder.prepared();
@@ -252,8 +256,8 @@ fn a_convex_body_looks_the_same_with_and_without_rays() {
         for (with, without) in image("traced").iter().zip(&image("environment")) {
             let pairs = with.radiance.iter().zip(&without.radiance);
             let off = pairs.filter(|(one, other)| (*one / *other - 1.0).abs() > 1e-5).count();
-            println!("{finish:?}: {off} pixels differ");
-            assert!(off <= 5, "{finish:?}: {off} pixels differ");
+            println!("{finish:?} from {view}: {off} pixels differ");
+            assert!(off == 0, "{finish:?} from {view}: {off} pixels differ");
         }
     }
 }
