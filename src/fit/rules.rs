@@ -29,7 +29,7 @@ pub(super) fn fitted_rules(prepared: &Prepared, parameters: &[Parameter], factor
         );
     }
     for (fitted, before) in materials.iter().zip(&prepared.materials).filter(|(fitted, before)| fitted != before) {
-        rule(&mut text, fitted, before);
+        rule(&mut text, fitted, before, &materials);
     }
     let others = parameters.iter().filter(|parameter| !of_materials(parameter));
     for parameter in others {
@@ -80,7 +80,7 @@ fn stated(text: &mut String, key: &str, value: Option<f64>) {
 }
 
 /// The rule of a material. Where a rule of numbers cannot say all or would fit others, the changed values alone stand there as comments.
-fn rule(text: &mut String, fitted: &Material, before: &Material) {
+fn rule(text: &mut String, fitted: &Material, before: &Material, all: &[Material]) {
     let response = match &fitted.response {
         Response::Instant => "instant",
         Response::Network => "network",
@@ -90,8 +90,12 @@ fn rule(text: &mut String, fitted: &Material, before: &Material) {
     let plain_optics = fitted.gloss.iter().all(|gloss| *gloss == Gloss::default())
         && fitted.in_band.iter().all(BandEmissivity::is_plain)
         && fitted.bulk.over.is_none();
-    // A material of some parts alone has a name that no material of the model has, and a name with a wildcard would be a rule of other materials too.
-    let names_it_alone = !fitted.name.contains(" of ") && !fitted.name.contains(['*', '?']);
+    // A material of some parts alone has a name that no material of the model has. The rule of the other parts would take its place, as the first that
+    // fits, and a name with a wildcard would be a rule of other materials too.
+    let of_parts = format!("{} of ", fitted.name);
+    let names_it_alone = !fitted.name.contains(" of ")
+        && !fitted.name.contains(['*', '?'])
+        && !all.iter().any(|other| other.name.starts_with(&of_parts));
     let whole = !response.is_empty() && plain_optics && names_it_alone;
     let mark = if whole { "" } else { "# " };
     let name = toml::Value::String(fitted.name.clone());
