@@ -42,6 +42,13 @@ impl Checked {
     }
 }
 
+/// Whether a place in the body frame and the file's pose [m] lies off the craft.
+pub(crate) fn is_off_craft(prepared: &Prepared, place: DVec3) -> bool {
+    let corners = prepared.triangles.iter().flatten().map(|node| prepared.nodes.positions[*node as usize].as_dvec3());
+    let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    settings::is_beside(place, corners.fold(none, |[low, high], corner| [low.min(corner), high.max(corner)]))
+}
+
 /// Checks a scene.
 pub fn check(prepared: &Prepared, effort: CheckEffort) -> Checked {
     let shapes = shapes::of(prepared);

@@ -48,6 +48,11 @@ pub(crate) fn plain_json(json: &str) -> Cow<'_, str> {
     Cow::Owned(shown)
 }
 
+/// A number with at most seven significant digits, whatever its size.
+pub(crate) fn significant(value: f64) -> String {
+    format!("{value:.6e}").parse::<f64>().unwrap_or(value).to_string()
+}
+
 /// The text with 0.00 in place of -0.00, which a sum of nothing and a rounded number show. A name is left alone unless such a number stands in it by itself.
 pub(crate) fn unsigned_zeros(text: &str) -> Cow<'_, str> {
     const SIGNED: &str = "-0.0";

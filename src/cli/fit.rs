@@ -70,6 +70,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let fitted = fitted.inspect_err(|_| folder.take_back())?;
     write(&folder, &fitted)?;
     folder.finish()?;
+    fitted.warning().iter().for_each(|warning| say!("warning: {warning}"));
     aligned(&summary(&fitted), 2).iter().for_each(|line| answer!("{line}"));
     fitted.sentences().iter().for_each(|sentence| answer!("{sentence}"));
     answer!("tables, values and plots: {}", folder.root().display());

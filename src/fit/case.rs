@@ -1,5 +1,6 @@
 //! A fit from its files to its result.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -16,6 +17,7 @@ use super::words::open;
 use crate::converge::RunNews;
 use crate::files::{self, Reach};
 use crate::output::folder::Folder;
+use crate::output::inputs::real;
 use crate::scene::{FitInput, Scene};
 use crate::simulation::facade_error::SimulationError;
 use crate::simulation::prepare_error::PrepareStage;
@@ -59,6 +61,11 @@ impl<'a> FitCase<'a> {
         progress: &mut dyn FnMut(PrepareStage),
     ) -> Result<Self, FittingError> {
         let input = FitInput::load(order.parameters, &Reach::of(order.parameters))?;
+        let mut given = BTreeSet::new();
+        if let Some(twice) = order.measured.iter().find(|path| !given.insert(real(path))) {
+            let reason = "is given twice, and would count twice".to_owned();
+            return Err(FittingError::Measured { path: twice.clone(), reason });
+        }
         let is_table = |path: &&PathBuf| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
         let (tables, images): (Vec<&PathBuf>, Vec<&PathBuf>) = order.measured.iter().partition(is_table);
         let [tables, images] = [tables, images].map(|all| all.into_iter().cloned().collect::<Vec<PathBuf>>());
@@ -172,9 +179,9 @@ fn solve(
     measurements.hold_out(&input)?;
     let objective =
         Objective { measurements: &measurements, unknowns: &unknowns, loss: input.loss, loss_scale: input.loss_scale };
-    let singular = |direction: DataDirection| {
-        let reason =
-            format!("{}; state a prior (range, percent or prior_sigma) or more data", open(&direction, &unknowns));
+    let singular = |directions: Vec<DataDirection>| {
+        let open = open(&directions[0], &directions, &unknowns);
+        let reason = format!("{open}; state a prior (range, percent or prior_sigma) or more data");
         FittingError::Singular { path: input.path.clone(), reason }
     };
     let runs = 2 * unknowns.len() as u64 + 1;

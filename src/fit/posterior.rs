@@ -20,6 +20,18 @@ pub(crate) struct DataDirection {
     pub(crate) prior: f64,
 }
 
+/// Whether the data tell more of a combination of logarithms than the priors do, and enough.
+pub(crate) fn is_fixed(combination: &[f64], directions: &[DataDirection], unknowns: &[Unknown]) -> bool {
+    let data = |direction: &DataDirection| {
+        let along: f64 = combination.iter().zip(&direction.vector).map(|(a, b)| a * b).sum();
+        // Rounding leaves a little of directions across it, which may be infinitely open.
+        if along.abs() > 1e-6 { (along * direction.data).powi(2) } else { 0.0 }
+    };
+    let prior =
+        combination.iter().zip(unknowns).filter(|(a, _)| **a != 0.0).map(|(a, of)| a * a / of.weight()).sum::<f64>();
+    directions.iter().map(data).sum::<f64>() < prior.min(UNKNOWN * UNKNOWN)
+}
+
 impl DataDirection {
     /// Whether the data tell more than the priors do, and enough.
     pub(crate) fn is_fixed(&self) -> bool {
@@ -41,11 +53,11 @@ pub(crate) struct Posterior {
 }
 
 impl Posterior {
-    /// The posterior at the minimum. `Err` is the direction that neither data nor priors fix.
+    /// The posterior at the minimum. `Err` has all directions, and first one that neither data nor priors fix.
     ///
     /// # Errors
     /// A singular fit.
-    pub(crate) fn new(best: &BestFit, unknowns: &[Unknown]) -> Result<Self, DataDirection> {
+    pub(crate) fn new(best: &BestFit, unknowns: &[Unknown]) -> Result<Self, Vec<DataDirection>> {
         let count = unknowns.len();
         // Rows of zeros make the matrix tall enough for its triangular factor to be square.
         let rows = best.jacobian.nrows().max(count);
@@ -68,9 +80,10 @@ impl Posterior {
             })
             .collect();
         directions.sort_by(|a, b| a.data.total_cmp(&b.data));
-        let open = |direction: &&DataDirection| direction.data.min(direction.prior) > UNKNOWN;
-        if let Some(open) = directions.iter().find(open) {
-            return Err(open.clone());
+        let open = |direction: &DataDirection| direction.data.min(direction.prior) > UNKNOWN;
+        if let Some(open) = directions.iter().position(open) {
+            directions.swap(0, open);
+            return Err(directions);
         }
         let stacked = DMatrix::from_fn(2 * count, count, |row, column| match row.checked_sub(count) {
             None => triangle[(row, column)],

@@ -7,8 +7,12 @@ use super::least_squares::BestFit;
 use super::measurements::Measurements;
 use super::posterior::Posterior;
 use super::prior::Unknown;
-use super::words::{sentence, share};
+use super::words::{rounded, sentence, share};
 use crate::scene::Loss;
+use crate::text::significant;
+
+/// Reduced chi-squared from which the errors of the values are void: they are too small by the root of it.
+const MOST_CHI_SQUARED: f64 = 2.0;
 
 /// A model whose values are fitted.
 pub(super) trait FitModel {
@@ -75,6 +79,32 @@ impl Fitted {
         Misfits { count, before, after, sigmas }
     }
 
+    /// Squares of the fitted residuals in standard deviations, as the loss weighs them, over the number of values beyond the number of parameters.
+    fn reduced_chi_squared(&self) -> f64 {
+        let points = self.measurements.points.iter().zip(&self.best.computed).filter(|(point, _)| !point.held_out);
+        let squares = points.map(|(point, computed)| ((computed - point.value) / point.sigma).powi(2));
+        let weighed = squares.zip(&self.best.weights).map(|(square, weight)| square * weight).sum::<f64>();
+        weighed / self.degrees_of_freedom()
+    }
+
+    fn degrees_of_freedom(&self) -> f64 {
+        self.best.weights.len().saturating_sub(self.unknowns.len()).max(1) as f64
+    }
+
+    /// A warning where the residuals are too large for the stated errors to hold.
+    pub(crate) fn warning(&self) -> Option<String> {
+        let chi_squared = self.reduced_chi_squared();
+        // Five standard deviations of its distribution where the errors hold.
+        let most = 1.0 + 5.0 * (2.0 / self.degrees_of_freedom()).sqrt();
+        (chi_squared > most.max(MOST_CHI_SQUARED)).then(|| {
+            format!(
+                "the residuals are too large for the standard deviations of the data (reduced chi-squared {}): the errors of the values are void. \
+                 The model, a pose or a time of the data, or these standard deviations are wrong",
+                rounded(chi_squared)
+            )
+        })
+    }
+
     /// Rows of the table of parameters, with its head.
     pub(super) fn parameter_rows(&self) -> Vec<Vec<String>> {
         let head = [
@@ -90,10 +120,11 @@ impl Fitted {
             "prior_log_sigma",
             "from_data",
         ];
-        let digits = |value: f64| format!("{value:.6}");
+        let digits = significant;
         let row = |(i, unknown): (usize, &Unknown)| {
             let (value, sigma) = (self.value(i), self.posterior.sigma(i));
             let start = unknown.value.unwrap_or(1.0);
+            let ends = [-1.96, 1.96].map(|times: f64| value * (times * sigma).exp());
             let prior = |place: usize, of: fn(f64) -> f64| {
                 unknown.prior.map_or(String::new(), |prior| digits(of(prior[place])))
             };
@@ -103,9 +134,9 @@ impl Fitted {
                 if unknown.value.is_some() { unknown.unit.to_owned() } else { "factor".to_owned() },
                 digits(start),
                 digits(value),
-                digits(value * sigma),
-                digits(value * (-1.96 * sigma).exp()),
-                digits(value * (1.96 * sigma).exp()),
+                digits((value * sigma).abs()),
+                digits(ends[0].min(ends[1])),
+                digits(ends[0].max(ends[1])),
                 digits(sigma),
                 centre,
                 prior(1, |sigma| sigma),
@@ -131,6 +162,7 @@ impl Fitted {
                 held.count, held.before, held.after, held.sigmas
             ));
         }
+        all.extend(self.warning());
         let directions = &self.posterior.directions;
         all.extend(directions.iter().map(|direction| sentence(direction, &self.posterior, &self.unknowns)));
         all.push(format!("condition of the data: {:.3e}", self.posterior.condition));
@@ -169,7 +201,7 @@ impl Fitted {
                 "before": unknown.value,
                 "value": unknown.value.map(|_| self.value(i)),
                 "factor": self.best.x[i].exp(),
-                "sigma": unknown.value.map(|_| self.value(i) * sigma),
+                "sigma": unknown.value.map(|_| (self.value(i) * sigma).abs()),
                 "log_sigma": sigma,
                 "prior": unknown.prior.map(|[centre, sigma]| json!({"factor": centre.exp(), "log_sigma": sigma})),
                 "from_data": self.posterior.data_shares[i],
@@ -206,6 +238,7 @@ impl Fitted {
             "covariance_of_logarithms": matrix(&|i, j| self.posterior.covariance[(i, j)]),
             "correlation": matrix(&|i, j| self.posterior.correlation(i, j)),
             "condition": finite(self.posterior.condition),
+            "reduced_chi_squared": self.reduced_chi_squared(),
             "directions": self.posterior.directions.iter().map(direction).collect::<Vec<_>>(),
             "rms": misfits(None, false),
             "held_out": misfits(None, true),

@@ -15,10 +15,11 @@ use super::rules::fitted_rules;
 use super::telemetry::{self, Places};
 use crate::converge::RunNews;
 use crate::environment::trajectory::Trajectory;
+use crate::guard::is_off_craft;
 use crate::output::apparent::Apparent;
 use crate::scene::{Camera, CameraFrame, Draw, FitInput, Motion, Parameter, Probe, Scene, SensorPlace};
 use crate::sensitivity::change::{change_materials, change_scene, values};
-use crate::sensitivity::search::{check, tighten};
+use crate::sensitivity::search::tighten;
 use crate::sensitivity::variant::{TOLERANCE, VariantRun, VariantWalk};
 use crate::simulation::engine::Engine;
 use crate::simulation::image::Image;
@@ -48,7 +49,7 @@ impl SceneCase {
     /// A wrong file, or a measured value that does not fit the scene.
     pub(super) fn load(
         mut scene: Scene,
-        input: &FitInput,
+        stated: &FitInput,
         [tables, images]: [&[PathBuf]; 2],
         progress: &mut dyn FnMut(PrepareStage),
     ) -> Result<(Self, Vec<Unknown>), FittingError> {
@@ -56,14 +57,19 @@ impl SceneCase {
             scene.assumptions.push(assumption);
         }
         scene.time.draw = Draw::None;
-        let input = with_probes(input, &mut scene);
+        let input = with_probes(stated, &mut scene);
         let start = scene.orbit.trajectory().map(Trajectory::start).or(scene.time.start);
         let end = f64::from(scene.time.steps) * scene.time.step;
         let mut prepared = Prepared::from_scene(scene, progress)?;
+        for rule in &stated.sensors {
+            if matches!(rule.place, SensorPlace::Position(place) if is_off_craft(&prepared, place)) {
+                let message = "lies off the craft: a position is in metres, in the body frame and the file's pose";
+                return Err(stated.error(rule.line, "sensor.position", message.to_owned()).into());
+            }
+        }
         let probes = prepared.scene.probes.iter().map(|probe| probe.name.clone()).collect();
         let places = Places { parts: prepared.parts.clone(), probes, nodes: Vec::new(), end, start };
         let (measurements, columns) = telemetry::read(&input, tables, &places)?;
-        check(&input.parameters, &prepared)?;
         let unknown = |parameter: &Parameter| Unknown::new(parameter, &values(parameter, &prepared)?);
         let unknowns = input.parameters.iter().map(unknown).collect::<Result<_, FittingError>>()?;
         let apparent = Apparent::new(prepared.scene.band);

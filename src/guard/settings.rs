@@ -18,6 +18,11 @@ const OLD: f64 = 14.0 * 86_400.0;
 /// Distance beyond the box around the craft, as a share of its size, from which a point counts as off the craft.
 const BESIDE: f64 = 0.05;
 
+/// Whether a place lies off a craft with this box [m].
+pub(super) fn is_beside(place: DVec3, [low, high]: [DVec3; 2]) -> bool {
+    place.distance(place.clamp(low, high.max(low))) > BESIDE * (high - low).length()
+}
+
 pub(super) fn check(prepared: &Prepared, facts: &[MaterialFacts], [low, high]: [DVec3; 2]) -> Vec<Finding> {
     let finding = |check: &'static str, about: &str, message: String, remedy: &str| Finding {
         check,
@@ -58,9 +63,7 @@ pub(super) fn check(prepared: &Prepared, facts: &[MaterialFacts], [low, high]: [
             "state warm_up = \"periodic\" or warm_up_orbits, or leave it out",
         ));
     }
-    let beside = BESIDE * (high - low).length();
-    let off =
-        scene.probes.iter().filter(|probe| probe.position.distance(probe.position.clamp(low, high.max(low))) > beside);
+    let off = scene.probes.iter().filter(|probe| is_beside(probe.position, [low, high]));
     let off: Vec<&str> = off.map(|probe| probe.name.as_str()).collect();
     if !off.is_empty() && low.is_finite() {
         findings.push(finding(

@@ -18,7 +18,7 @@ pub(crate) fn keep_inputs<'a>(output: &Path, inputs: impl IntoIterator<Item = &'
 }
 
 /// A path with links resolved. A path that does not exist stays as it is.
-pub(super) fn real(path: &Path) -> PathBuf {
+pub(crate) fn real(path: &Path) -> PathBuf {
     fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf())
 }
 

@@ -44,6 +44,9 @@ pub(crate) fn read_telemetry(path: &Path, start: Option<Epoch>) -> Result<Vec<Te
     };
     let (time, sensor) = (needed("time")?, needed("sensor")?);
     let (kelvin, zero) = match column("temperature_degC") {
+        Some(_) if column("temperature").is_some() => {
+            return Err(at(1).error("temperature", "stands beside temperature_degC: state one of them"));
+        }
         Some(column) => (column, CELSIUS),
         None => (needed("temperature")?, 0.0),
     };

@@ -89,6 +89,43 @@ fn a_network_is_fitted_as_scipy_does() {
     }
 }
 
+/// Standard deviations a hundredth of the true ones make the errors of the values void, and a glitch among good ones does not.
+#[test]
+fn residuals_that_make_the_errors_void_are_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("a file");
+    write("network.toml", &network(120.0, 0.0085, 0.35, &[0.0, 6000.0]));
+    write("p.toml", &three_parameters(""));
+    let table = include_str!("../oracle/fit_network.csv");
+    for (table, is_void) in [(table.to_owned(), false), (table.replace(",0.5\n", ",0.005\n"), true)] {
+        write("t.csv", &table);
+        let said = end(isotherm(folder.path(), &[&["fit"], &FIT_NETWORK[..], &["out", "--force"]].concat()));
+        let warns = stderr(&said).contains("warning: the residuals are too large");
+        let text = std::fs::read_to_string(folder.path().join("out/fit.json")).expect("results");
+        assert!(said.status.success() && warns == is_void && text.contains("are void") == is_void, "{text}");
+    }
+}
+
+/// A heat below 0 has an error above 0, and its interval begins at the lower end. Small values keep their digits.
+#[test]
+fn values_below_zero_and_small_ones_stand_right_in_the_table() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("a file");
+    write("network.toml", &network(120.0, 2e-7, 0.35, &[0.0, 6000.0]).replace("heat = 9", "heat = -2"));
+    write("t.csv", "time,sensor,temperature,sigma\n1000,panel,281,0.5\n3000,panel,279,0.5\n");
+    let heat = "[[parameter]]\nvary = \"node_heat\"\nnode = \"panel\"\npercent = 40\n";
+    write("p.toml", &(heat.to_owned() + &heat.replace("node_heat", "emissive_area")));
+    fit(folder.path(), &[&FIT_NETWORK[..], &["out"]].concat());
+    let table = std::fs::read_to_string(folder.path().join("out/parameters.csv")).expect("a table");
+    let row = |line: usize| -> Vec<f64> {
+        let cells = table.lines().nth(line).expect("a row").split(',').skip(2).take(5);
+        cells.map(|cell| cell.parse().expect("a number")).collect()
+    };
+    let [heat, area] = [row(1), row(2)];
+    assert!(heat[1] < 0.0 && heat[2] > 0.0 && heat[3] < heat[1] && heat[1] < heat[4], "{table}");
+    assert!(area[0] == 2e-7 && area[2] > 0.0 && area[3] > 0.0 && area[3] < area[1], "{table}");
+}
+
 /// Telemetry of a network with hidden values; forty draws of the noise, without priors.
 #[test]
 fn hidden_values_lie_within_two_standard_deviations() {

@@ -23,6 +23,11 @@ fn what_does_not_fit_is_refused_and_nothing_is_written() {
             "t.csv:2: sigma: is missing for sensor 'panel'",
         ),
         (format!("{head}0,panel,warm,1\n"), one.to_owned(), "t.csv:2: temperature: 'warm' is no number"),
+        (
+            "time,sensor,temperature,temperature_degC,sigma\n0,panel,285,100,1\n".to_owned(),
+            one.to_owned(),
+            "t.csv:1: temperature: stands beside temperature_degC",
+        ),
         (format!("{head}0,panel,-4,1\n"), one.to_owned(), "must be above 0 K"),
         (format!("{good}1001,panel,285,1\n"), one.to_owned(), "t.csv:4: time: 1001 s lies outside the run"),
         (format!("{head}-1,panel,285,1\n"), one.to_owned(), "-1 s lies outside the run"),
@@ -69,6 +74,11 @@ fn what_does_not_fit_is_refused_and_nothing_is_written() {
         assert!(code == Some(2) && line.contains(why), "{why}: {line}");
         assert!(!folder.path().join("out").exists(), "{why}");
     }
+    write("t.csv", good);
+    write("p.toml", one);
+    let twice = ["fit", "network.toml", "--measured", "t.csv", "./t.csv", "--parameters", "p.toml", "-o", "out"];
+    let (code, line) = refusal(&end(isotherm(folder.path(), &twice)));
+    assert!(code == Some(2) && line.contains("t.csv: is given twice"), "{line}");
 }
 
 #[test]
@@ -79,6 +89,7 @@ fn images_that_do_not_fit_are_refused_and_nothing_is_written() {
     write_png(&folder.path("a.png"), vec![30000; 48 * 36]);
     write_png(&folder.path("dark.png"), vec![0; 48 * 36]);
     folder.write("b.exr", "no image");
+    folder.write("t.csv", "time,sensor,temperature,sigma\n60,far,285,0.5\n");
     let one = "[[parameter]]\nvary = \"emissivity\"\nmaterial = \"skin\"\npercent = 60\n";
     let small = "small/frames/image_000000.exr";
     for (image, rule, why) in [
@@ -96,6 +107,11 @@ fn images_that_do_not_fit_are_refused_and_nothing_is_written() {
         ),
         ("dark.png", "file = \"*.png\"\nsigma = 1\nscale = 0.01\ntime = 9", "no pixel counts"),
         ("b.exr", "file = \"*.exr\"\nsigma = 0.05", "is no frame of isotherm"),
+        (
+            "t.csv",
+            "file = \"*.exr\"\nsigma = 0.05\n[[sensor]]\nname = \"far\"\nposition = [50, 50, 0]",
+            "sensor.position: lies off the craft",
+        ),
     ] {
         folder.write("p.toml", &format!("{one}[[image]]\n{rule}\n"));
         let arguments =
