@@ -71,6 +71,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     write(&folder, &found)?;
     folder.finish()?;
     aligned(&summary(&found), 1).iter().for_each(|line| answer!("{line}"));
+    answer!("effects are linear: the derivative at the scene's value times the range");
     answer!("tables, plot and images: {}", folder.root().display());
     check_validation(&chosen)
 }

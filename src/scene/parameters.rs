@@ -35,6 +35,9 @@ pub(super) const ROOT: &[&str] = &["parameter", "sensor", "image", "fit"];
 /// Relative step of a difference where a parameter states none.
 const STEP: f64 = 0.01;
 
+/// Most characters of a name. A channel of an EXR image has at most 255, of which some stand before and after the name.
+const LONGEST_NAME: usize = 200;
+
 /// The value that a parameter varies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ParameterKind {
@@ -120,7 +123,7 @@ impl ParameterKind {
     }
 
     /// Whether the value may be negative.
-    fn is_power(self) -> bool {
+    pub(crate) fn is_power(self) -> bool {
         matches!(self, Self::Heater | Self::NodeHeat)
     }
 
@@ -162,6 +165,18 @@ pub(crate) enum ParameterPrior {
     None,
 }
 
+impl ParameterRange {
+    /// The ends as shares by which a value changes, the lower value first.
+    pub(crate) fn shares(self, value: Option<f64>) -> [f64; 2] {
+        match (self, value) {
+            (Self::Percent(percent), Some(value)) if value < 0.0 => [percent / 100.0, -percent / 100.0],
+            (Self::Percent(percent), _) => [-percent / 100.0, percent / 100.0],
+            (Self::Values(ends), Some(value)) => ends.map(|end| end / value - 1.0),
+            (Self::Values(_), None) => [0.0; 2],
+        }
+    }
+}
+
 /// A value of a scene that is varied.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Parameter {
@@ -200,8 +215,8 @@ impl Parameter {
         self.kind == kind && !self.back && self.owners.iter().any(fits)
     }
 
-    /// The parameter of a range that a material states for its outside, of a scene at `path`. The difference takes a step that keeps `value` below 1.
-    pub(crate) fn of_material(kind: ParameterKind, material: &str, value: f64, range: [f64; 2], path: &Path) -> Self {
+    /// The parameter of a range that a material states for its outside, of a scene at `path`.
+    pub(crate) fn of_material(kind: ParameterKind, material: &str, range: [f64; 2], path: &Path) -> Self {
         Self {
             name: format!("{} of {material}", kind.word()),
             kind,
@@ -209,7 +224,7 @@ impl Parameter {
             owner_key: "material",
             back: false,
             range: ParameterRange::Values(range),
-            step: STEP.min(0.49 / value - 0.49).max(1e-5),
+            step: STEP,
             prior: ParameterPrior::Range,
             path: path.to_path_buf(),
             line: 1,
@@ -303,6 +318,9 @@ fn parameter(section: &Section<'_>, path: &Path) -> Result<Parameter, SceneError
     let of = if owners.0.is_empty() { String::new() } else { format!(" of {}", owners.0.join(", ")) };
     let face = if back { " (back)" } else { "" };
     let name = section.name("name")?.unwrap_or_else(|| format!("{}{of}{face}", kind.word()));
+    if name.chars().count() > LONGEST_NAME {
+        return Err(section.error("name", format!("has more than {LONGEST_NAME} characters: state a shorter name")));
+    }
     Ok(Parameter {
         name,
         kind,

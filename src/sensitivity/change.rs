@@ -12,14 +12,12 @@ use crate::thermal::shell::ContactConductance;
 /// The values of a parameter before it is changed.
 ///
 /// # Errors
-/// Owners that the scene lacks, a value that is absent or 0, or a share that a step takes above 1.
+/// A scene whose temperatures come from a file, owners that the scene lacks, or a value that is absent or 0.
 pub(crate) fn values(parameter: &Parameter, prepared: &Prepared) -> Result<Vec<f64>, SensitivityError> {
-    let mut scene = prepared.scene.clone();
-    let mut materials = prepared.materials.clone();
-    let mut values: Vec<f64> = of_scene(parameter, &mut scene).into_iter().map(|value| *value).collect();
-    for material in fitting(parameter, &mut materials) {
-        values.extend(of_material(parameter, material));
+    if prepared.scene.temperatures.is_some() {
+        return Err(SensitivityError::Given(prepared.scene.source.clone()));
     }
+    let values = values_in(parameter, &mut prepared.scene.clone(), &mut prepared.materials.clone());
     let key = parameter.owner_key;
     let names = prepared.materials.iter().map(|material| material.name.as_str());
     let heated = prepared.scene.heaters.iter().flat_map(|heater| &heater.parts).map(String::as_str);
@@ -58,24 +56,31 @@ pub(crate) fn values(parameter: &Parameter, prepared: &Prepared) -> Result<Vec<f
         let message = "is 0, and a difference changes it by a share of its value".to_owned();
         return Err(parameter.error("vary", message).into());
     }
-    let largest = values.iter().copied().fold(0.0, f64::max);
-    let most = 1.0 + parameter.step;
-    if parameter.kind.is_share() && largest * most > 1.0 {
-        let message =
-            format!("{largest} times 1 + step is above 1: state a step of at most {:.2e}", 1.0 / largest - 1.0);
-        return Err(parameter.error("step", message).into());
-    }
     Ok(values)
+}
+
+fn values_in(parameter: &Parameter, scene: &mut Scene, materials: &mut [Material]) -> Vec<f64> {
+    let mut values: Vec<f64> = of_scene(parameter, scene).into_iter().map(|value| *value).collect();
+    values.extend(fitting(parameter, materials).filter_map(|material| of_material(parameter, material)));
+    values
+}
+
+/// Whether two parameters of one kind vary the same value.
+pub(super) fn overlap([a, b]: [&Parameter; 2], prepared: &Prepared) -> bool {
+    let (mut scene, mut materials) = (prepared.scene.clone(), prepared.materials.clone());
+    let before = values_in(b, &mut scene, &mut materials);
+    change_scene(a, 0.5, &mut scene);
+    change_materials(a, 0.5, &mut materials);
+    a.kind == b.kind && before != values_in(b, &mut scene, &mut materials)
 }
 
 /// Multiplies the values of a parameter in a scene.
 pub(crate) fn change_scene(parameter: &Parameter, factor: f64, scene: &mut Scene) {
-    of_scene(parameter, scene).into_iter().for_each(|value| *value *= factor);
     if parameter.kind == ParameterKind::Heater {
-        for heater in heaters(parameter, &mut scene.heaters) {
-            // The first power was changed with the others of its table.
-            heater.power.powers.iter_mut().skip(1).for_each(|power| *power *= factor);
-        }
+        let powers = heaters(parameter, &mut scene.heaters).flat_map(|heater| &mut heater.power.powers);
+        powers.for_each(|power| *power *= factor);
+    } else {
+        of_scene(parameter, scene).into_iter().for_each(|value| *value *= factor);
     }
 }
 
@@ -111,7 +116,7 @@ pub(crate) fn change_materials(parameter: &Parameter, factor: f64, materials: &m
     }
 }
 
-/// Values of a parameter that the scene itself states. Of a heater, the first power of its table.
+/// Values of a parameter that the scene itself states. Of a heater, the largest power of its table.
 fn of_scene<'a>(parameter: &Parameter, scene: &'a mut Scene) -> Vec<&'a mut f64> {
     let environment = &mut scene.environment;
     match parameter.kind {
@@ -119,7 +124,8 @@ fn of_scene<'a>(parameter: &Parameter, scene: &'a mut Scene) -> Vec<&'a mut f64>
         ParameterKind::Albedo => environment.albedo.iter_mut().collect(),
         ParameterKind::PlanetIr => environment.planet_ir.iter_mut().collect(),
         ParameterKind::Heater => {
-            heaters(parameter, &mut scene.heaters).filter_map(|heater| heater.power.powers.first_mut()).collect()
+            let largest = |powers: &'a mut Vec<f64>| powers.iter_mut().max_by(|a, b| a.abs().total_cmp(&b.abs()));
+            heaters(parameter, &mut scene.heaters).filter_map(|heater| largest(&mut heater.power.powers)).collect()
         }
         ParameterKind::Contact => {
             let conductance = |rule: &'a mut ContactRule| match &mut rule.conductance {

@@ -7,6 +7,7 @@ use crate::output::folder::Folder;
 use crate::output::run_pictures::frame_stem;
 use crate::output::tornado::{TornadoBar, tornado};
 use crate::scene::ParameterRange;
+use crate::text::significant;
 
 const TABLE: &str = "sensitivity.csv";
 const EFFECTS: &str = "effects.csv";
@@ -123,9 +124,7 @@ fn effect_rows(all: &Sensitivities, effects: &[Effect<'_>]) -> Vec<Vec<String>> 
         let Sensitivity { parameter, value, .. } = effect.of;
         let [low, high] = match (parameter.range, value) {
             (ParameterRange::Values(ends), _) => ends.map(|end| end.to_string()),
-            (ParameterRange::Percent(percent), Some(value)) => {
-                [-percent, percent].map(|percent| format!("{:.6}", value * (1.0 + percent / 100.0)))
-            }
+            (range, Some(value)) => range.shares(Some(*value)).map(|share| significant(value * (1.0 + share))),
             (ParameterRange::Percent(percent), None) => [-percent, percent].map(|percent| format!("{percent:+} %")),
         };
         let (kind, name) = &all.places[effect.place];
@@ -156,7 +155,7 @@ fn plot(all: &Sensitivities, effects: &[Effect<'_>]) -> Result<String, OutputErr
     let bar = |effect: &Effect<'_>| TornadoBar { name: effect.of.parameter.name.clone(), ends: effect.ends };
     tornado(
         &format!("What the ranges of parameters do: {}", all.scene),
-        "largest change of a part or probe over the run, at both ends of each range; places and times are in effects.csv",
+        "largest change of a part or probe over the run at both ends of each range, by its derivative times the range; places and times are in effects.csv",
         "change of temperature [K]",
         &effects.iter().map(bar).collect::<Vec<_>>(),
     )

@@ -36,11 +36,7 @@ pub(crate) struct Sensitivity {
 impl Sensitivity {
     /// Ends of the stated range, as shares of the value by which it changes.
     pub(super) fn range(&self) -> [f64; 2] {
-        match (self.parameter.range, self.value) {
-            (ParameterRange::Percent(percent), _) => [-percent / 100.0, percent / 100.0],
-            (ParameterRange::Values(ends), Some(value)) => ends.map(|end| end / value - 1.0),
-            (ParameterRange::Values(_), None) => [0.0; 2],
-        }
+        self.parameter.range.shares(self.value)
     }
 }
 
@@ -96,22 +92,40 @@ pub(crate) fn draw_kept(scene: &mut Scene, kept: Vec<usize>) -> Vec<usize> {
     (0..kept.len()).collect()
 }
 
-/// Refuses parameters that a scene lacks. Returns the value of each where all of its owners have one.
+/// Refuses parameters that a scene lacks, and ranges that do not hold the value or that no value can fill. Returns the value of each where all of its owners
+/// have one.
 ///
 /// # Errors
 /// The first parameter that does not fit, or a scene whose temperatures come from a file.
 pub(crate) fn check(parameters: &[Parameter], prepared: &Prepared) -> Result<Vec<Option<f64>>, SensitivityError> {
-    if prepared.scene.temperatures.is_some() {
-        return Err(SensitivityError::Given(prepared.scene.source.clone()));
-    }
     let value = |parameter: &Parameter| {
         let values = values(parameter, prepared)?;
-        let same = values.iter().all(|value| (value - values[0]).abs() <= 1e-12 * values[0].abs());
-        if !same && matches!(parameter.range, ParameterRange::Values(_)) {
-            let message = format!("names values from {values:?}, which have no common range: state percent");
-            return Err(parameter.error("range", message).into());
-        }
-        Ok(same.then_some(values[0]))
+        let (kind, value) = (parameter.kind, values[0]);
+        let same = values.iter().all(|other| (other - value).abs() <= 1e-12 * value.abs());
+        let largest = values.iter().copied().fold(f64::MIN, f64::max);
+        let (key, message) = match parameter.range {
+            ParameterRange::Values(_) if !same => {
+                ("range", format!("names values from {values:?}, which have no common range: state percent"))
+            }
+            ParameterRange::Values([low, high]) if (low - value).max(value - high) > 1e-9 * value.abs() => {
+                ("range", format!("{low} to {high} leaves out the value in the scene, {value}"))
+            }
+            ParameterRange::Percent(percent) if kind.is_share() && largest * (1.0 + percent / 100.0) > 1.0 + 1e-9 => {
+                let most = 100.0 / largest - 100.0;
+                let word = kind.word();
+                (
+                    "percent",
+                    format!(
+                        "{percent} takes {largest} above 1, and {word} is at most 1: state at most {most:.3}, or a range"
+                    ),
+                )
+            }
+            ParameterRange::Percent(percent) if percent > 100.0 && !kind.is_power() => {
+                ("percent", format!("{percent} takes {} below 0: state at most 100", kind.word()))
+            }
+            _ => return Ok(same.then_some(value)),
+        };
+        Err(parameter.error(key, message).into())
     };
     parameters.iter().map(value).collect()
 }
@@ -175,11 +189,12 @@ impl Search<'_> {
             .run_base(prepared)
     }
 
-    /// The runs of each parameter, with its value up and down by its step. `take` gets them in the order of the parameters.
+    /// The runs of each parameter, with its value up and down by its step. `take` gets them in the order of the parameters. A share that the step would take
+    /// above 1 goes down by one and by two steps, and these and the scene as it is give the run above.
     fn runs(
         &self,
         prepared: &Prepared,
-        base: &BaseRun,
+        as_it_is: &BaseRun,
         parameters: &[Parameter],
         take: impl FnMut(usize, [VariantRun; 2]),
     ) -> Result<(), SensitivityError> {
@@ -188,7 +203,10 @@ impl Search<'_> {
         news(RunNews::Begins(format!("{count} runs with other values"), count));
         let work = |number: usize, news: &dyn Fn(RunNews)| {
             let parameter: &Parameter = &parameters[number];
-            // The run up by a step tells where the other begins to settle: at the opposite of its distance from the scene as it is.
+            let above_one = |value: &f64| parameter.kind.is_share() && value * (1.0 + parameter.step) > 1.0;
+            let is_bound = values(parameter, prepared)?.iter().any(above_one);
+            let changes = if is_bound { [-1.0, -2.0] } else { [1.0, -1.0] };
+            // The first run tells where the other begins to settle: at its own share of the distance of the first from the scene as it is.
             let mut first: Option<Displacement> = None;
             let mut run = |times: f64| {
                 let share = times * parameter.step;
@@ -198,13 +216,15 @@ impl Search<'_> {
                 let walk =
                     VariantWalk { name: &name, target, kept, nodes_every, stop, stepped: &|| (), warned: &warned };
                 // The state of other nodes would not fit.
-                let base = Some(base).filter(|_| varied.nodes == prepared.nodes);
-                let (run, settled) = walk.run_beside(base, first.as_ref().map(|first| (first, times)), &varied)?;
+                let base = Some(as_it_is).filter(|_| varied.nodes == prepared.nodes);
+                let shift = first.as_ref().map(|first| (first, times / changes[0]));
+                let (run, settled) = walk.run_beside(base, shift, &varied)?;
                 first = settled;
                 news(RunNews::Stepped);
                 Ok::<_, SensitivityError>(run)
             };
-            Ok([run(1.0)?, run(-1.0)?])
+            let [near, far] = [run(changes[0])?, run(changes[1])?];
+            Ok(if is_bound { [VariantRun::beyond(&as_it_is.run, &near, &far), near] } else { [near, far] })
         };
         do_side_by_side(parameters.len(), news, work, take)
     }

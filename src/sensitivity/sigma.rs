@@ -8,11 +8,12 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::SensitivityError;
+use super::change::overlap;
 use super::search::{Search, check, settle};
 use super::variant::VariantRun;
 use crate::output::sigma::{PlaceSigma, RunSigma, SigmaCause};
 use crate::scene::work::image_times;
-use crate::scene::{Parameter, ParameterKind, ParameterRange, Scene};
+use crate::scene::{Parameter, ParameterKind, Scene};
 use crate::simulation::image::ImageSigma;
 use crate::simulation::prepare::Prepared;
 
@@ -32,7 +33,7 @@ fn parameters(scene: &Scene, prepared: &Prepared) -> Result<Vec<Parameter>, Sens
         let kinds = [ParameterKind::Absorptivity, ParameterKind::Emissivity];
         for ((kind, value), range) in kinds.into_iter().zip(optics).zip(material.ranges) {
             let Some(range) = range.filter(|_| value > 0.0) else { continue };
-            let parameter = Parameter::of_material(kind, &material.name, value, range, &scene.source);
+            let parameter = Parameter::of_material(kind, &material.name, range, &scene.source);
             if !all[..listed].iter().any(|other| other.varies(kind, &material.name)) {
                 all.push(parameter);
             }
@@ -55,19 +56,9 @@ pub(super) struct Uncertain {
 }
 
 impl Uncertain {
-    fn new(parameter: Parameter, value: Option<f64>) -> Result<Self, SensitivityError> {
-        let range = match (parameter.range, value) {
-            (ParameterRange::Percent(percent), _) => [-percent / 100.0, percent / 100.0],
-            (ParameterRange::Values([low, high]), Some(value)) if low <= value && value <= high => {
-                let [a, b] = [low, high].map(|end| end / value - 1.0);
-                [a.min(b), a.max(b)]
-            }
-            (ParameterRange::Values([low, high]), value) => {
-                let value = value.unwrap_or(f64::NAN);
-                let message = format!("{low} to {high} leaves out the value in the scene, {value}");
-                return Err(parameter.error("range", message).into());
-            }
-        };
+    fn new(parameter: Parameter, value: Option<f64>) -> Self {
+        let [a, b] = parameter.range.shares(value);
+        let range = [a.min(b), a.max(b)];
         let cause = SigmaCause {
             name: parameter.name.clone(),
             value,
@@ -75,7 +66,7 @@ impl Uncertain {
             range_share: range,
             largest_k: 0.0,
         };
-        Ok(Self { parameter, cause, spread: (range[1] - range[0]) / RANGE, shift: 0.5 * (range[0] + range[1]) })
+        Self { parameter, cause, spread: (range[1] - range[0]) / RANGE, shift: 0.5 * (range[0] + range[1]) }
     }
 }
 
@@ -124,8 +115,14 @@ pub(super) fn uncertain_scene(
     settle(&mut scene);
     let base = prepared.varied(scene, |_| ())?;
     let values = check(&parameters, &base)?;
+    for (number, parameter) in parameters.iter().enumerate() {
+        if let Some(other) = parameters[..number].iter().find(|other| overlap([other, parameter], &base)) {
+            let message = format!("'{}' varies a value that '{}' varies too", parameter.name, other.name);
+            return Err(parameter.error("vary", message).into());
+        }
+    }
     let uncertain = parameters.iter().cloned().zip(values).map(|(parameter, value)| Uncertain::new(parameter, value));
-    let uncertain = uncertain.collect::<Result<_, _>>()?;
+    let uncertain = uncertain.collect();
     Ok((base, parameters, uncertain))
 }
 

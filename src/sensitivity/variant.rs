@@ -39,6 +39,38 @@ pub(crate) struct VariantRun {
     pub(crate) unsettled: f64,
 }
 
+impl VariantRun {
+    /// The run with a value up by a step: the parabola through the scene as it is and the runs with the value down by a step and by two. The central
+    /// difference with it is the difference to one side of second order.
+    pub(super) fn beyond(base: &Self, near: &Self, far: &Self) -> Self {
+        let at = |base: f64, near: f64, far: f64| 3.0 * (base - near) + far;
+        let all = |base: &[f32], near: &[f32], far: &[f32]| -> Vec<f32> {
+            let each = base.iter().zip(near).zip(far);
+            each.map(|((base, near), far)| at((*base).into(), (*near).into(), (*far).into()) as f32).collect()
+        };
+        let row = |((base, near), far): ((&Vec<Option<f64>>, &Vec<_>), &Vec<_>)| {
+            let each = base.iter().zip(near).zip(far);
+            each.map(|((base, near), far): ((_, &Option<f64>), &Option<f64>)| Some(at((*base)?, (*near)?, (*far)?)))
+                .collect()
+        };
+        let mut images = near.images.clone();
+        for (i, (image, _)) in images.iter_mut().enumerate() {
+            let [base, far] = [base, far].map(|run| &run.images[i].0);
+            image.temperature = all(&base.temperature, &image.temperature, &far.temperature);
+            image.radiance = all(&base.radiance, &image.radiance, &far.radiance);
+        }
+        let nodes = base.nodes.iter().zip(&near.nodes).zip(&far.nodes);
+        Self {
+            times: near.times.clone(),
+            rows: base.rows.iter().zip(&near.rows).zip(&far.rows).map(row).collect(),
+            images,
+            nodes: nodes.map(|(((step, base), (_, near)), (_, far))| (*step, all(base, near, far))).collect(),
+            mean: Vec::new(),
+            unsettled: 3.0 * near.unsettled + far.unsettled,
+        }
+    }
+}
+
 /// What all runs share.
 pub(crate) struct VariantWalk<'a> {
     /// Name of the run in warnings.
@@ -122,7 +154,8 @@ impl VariantWalk<'_> {
         let went = start_beside(prepared, &mut *engine, (orbit, shift), (TOLERANCE, self.stop), &mut pass)?;
         self.check_stop()?;
         let Some(periodic) = went else { return alone() };
-        periodic.warning(&format!(" of {}", self.name)).into_iter().for_each(self.warned);
+        let warning = periodic.warning_beside(&format!(" of {}", self.name), prepared.scene.time.warm_up_orbits);
+        warning.into_iter().for_each(self.warned);
         let settled = orbit.displacement(&mut *engine)?;
         let unsettled = began.map_or(0.0, |began| began.distance(&settled)).max(periodic.change);
         if run.rows.is_empty() {

@@ -34,12 +34,19 @@ impl Periodic {
 
     /// A warning for the user if the warm-up missed its tolerance. `of` names the run.
     pub(crate) fn warning(&self, of: &str) -> Option<String> {
+        self.missed(of, "State a larger warm_up_orbits or warm_up_tolerance")
+    }
+
+    /// The same of a run beside another one, which `most` orbits end, or earlier orbits that no longer come nearer to each other.
+    pub(crate) fn warning_beside(&self, of: &str, most: f64) -> Option<String> {
+        let stalled = "The orbits came no nearer to each other, as with a thermostat that switches at other times: what is left stands in the error";
+        if f64::from(self.orbits) < most { self.missed(of, stalled) } else { self.warning(of) }
+    }
+
+    fn missed(&self, of: &str, advice: &str) -> Option<String> {
         (!self.is_met()).then(|| {
-            format!(
-                "The warm-up{of} did not become periodic within {} K: {}. State a larger warm_up_orbits or warm_up_tolerance.",
-                self.tolerance,
-                self.summary()
-            )
+            let tolerance = self.tolerance;
+            format!("The warm-up{of} did not become periodic within {tolerance} K: {}. {advice}.", self.summary())
         })
     }
 }
@@ -130,6 +137,14 @@ fn least_squares(columns: &[Vec<f64>], target: &[f64]) -> Option<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn more_orbits_are_advised_where_they_were_the_limit() {
+        let missed = Periodic { orbits: 4, coarse: 0, change: 1.0, tolerance: 0.01 };
+        let advises =
+            |most| missed.warning_beside(" of a", most).is_some_and(|said| said.contains("larger warm_up_orbits"));
+        assert!(advises(4.0) && !advises(100.0));
+    }
 
     #[test]
     fn linear_maps_of_few_rates_are_solved_in_a_few_orbits() {

@@ -100,6 +100,37 @@ fn a_plate_depends_on_its_optics_as_the_closed_form_says() {
     }
 }
 
+/// A value of 1 goes down alone. A difference of first order would err by 1.25 %.
+#[test]
+fn an_emissivity_of_one_is_varied_to_one_side() {
+    let own = "emissivity = 1\nheat_capacity_per_area = 2430\nsides = \"outside\"\nresponse = \"radiative\"\n";
+    let text = scene(&[("plate", own)], LIT, "").replace("draw_every = 5", PERIODIC);
+    let folder = squares(&text, &[("plate", [0.0; 3], true)]);
+    folder.write("p.toml", &parameter("vary = \"emissivity\"\nmaterial = \"plate\"\nrange = [0.9, 1]"));
+    let arguments = ["sensitivity", "scene.toml", "--parameters", "p.toml", "-o", "out"];
+    succeed(folder.0.path(), &[&arguments[..], &CPU].concat());
+    let known = -(sunlight() / STEFAN_BOLTZMANN).powf(0.25) / 4.0;
+    assert_all(&rows(folder.0.path(), "emissivity of plate", "plate"), known, 0.005 * known.abs());
+    let pixels = channel(&folder.path("out/frames/step_000010.exr"), "dT1_emissivity_of_plate");
+    let mut shown = pixels.into_iter().filter(|value| *value != 0.0);
+    assert!(shown.all(|value| (f64::from(value) / known - 1.0).abs() < 0.005));
+}
+
+/// A cooler that begins at 0 W has the value and the range of its largest power. The lower end of its range stands first.
+#[test]
+fn the_value_of_a_schedule_is_its_largest_power() {
+    let own = "emissivity = 0.8\nheat_capacity_per_area = 2430\nsides = \"outside\"\nresponse = \"network\"\n";
+    let rest = "[[heater]]\npart = \"plate\"\npower = { time = [0, 120, 120, 600], power = [0, 0, -30, -30] }\n";
+    let folder = squares(&scene(&[("plate", own)], LIT, rest), &[("plate", [0.0; 3], true)]);
+    folder.write("p.toml", &parameter("vary = \"heater\"\npart = \"plate\"\npercent = 20"));
+    succeed(folder.0.path(), &["sensitivity", "scene.toml", "--parameters", "p.toml", "-o", "out"]);
+    let effects = std::fs::read_to_string(folder.path("out/effects.csv")).expect("effects");
+    let cells: Vec<&str> = effects.lines().nth(1).expect("a row").split(',').collect();
+    assert_eq!(cells[1..5], ["-30", "W", "-36", "-24"], "{effects}");
+    let [low, high] = [6, 7].map(|place| cells[place].parse::<f64>().expect("a number"));
+    assert!(low < -0.1 && high > 0.1, "{effects}");
+}
+
 /// Two radiators of 4 m2 with a contact of 1.5 W/K, and a heater of 300 W on the first. The derivatives of both balances are two linear equations.
 #[test]
 fn two_plates_depend_on_their_contact_and_heater_as_the_closed_form_says() {
@@ -257,8 +288,17 @@ fn wrong_parameters_are_refused_before_anything_is_written() {
         ),
         (parameter("vary = \"absorptivity\"\nmaterial = \"*\"\nrange = [0.1, 0.2]"), "parameter.range: names values"),
         (
-            parameter(&format!("vary = \"emissivity\"\nmaterial = \"mast\"\nstep = 0.2\n{range}")),
-            "parameter.step: 0.85 times",
+            parameter("vary = \"absorptivity\"\nmaterial = \"skin\"\nrange = [0.05, 0.2]"),
+            "leaves out the value in the scene, 0.29",
+        ),
+        (
+            parameter("vary = \"emissivity\"\nmaterial = \"skin\"\npercent = 90"),
+            "parameter.percent: 90 takes 0.83 above 1",
+        ),
+        (parameter("vary = \"planet_ir\"\npercent = 150"), "parameter.percent: 150 takes planet_ir below 0"),
+        (
+            parameter(&format!("name = \"{}\"\nvary = \"albedo\"\n{range}", "a".repeat(250))),
+            "has more than 200 characters",
         ),
         (
             [range, range].map(|range| parameter(&format!("vary = \"albedo\"\n{range}"))).concat(),

@@ -96,6 +96,18 @@ fn a_plate_is_as_uncertain_as_the_closed_form_says() {
     assert!(image.sigma.cause.is_empty() && !series(path, "plain").contains_key("part:plate:sigma"));
 }
 
+/// The emissivity was 1 and falls to 0.9: the mean of the deviation is as large as its standard deviation.
+#[test]
+fn an_emissivity_of_one_has_a_range() {
+    let own = "emissivity = 1\nemissivity_range = [0.9, 1]\nheat_capacity_per_area = 2430\nsides = \"outside\"\nresponse = \"radiative\"\n";
+    let text = scene(&[("plate", own)], LIT, "[uncertainty]\n").replace("draw_every = 5", PERIODIC);
+    let folder = squares(&text, &[("plate", [0.0; 3], true)]);
+    run(folder.0.path(), "scene.toml", "out");
+    let known = (sunlight() / STEFAN_BOLTZMANN).powf(0.25) / 4.0 * 0.025f64.hypot(0.05);
+    let of_series = &series(folder.0.path(), "out")["part:plate:sigma"];
+    assert!(of_series.iter().all(|sigma| (sigma / known - 1.0).abs() < 0.005), "{of_series:?} for {known}");
+}
+
 /// A parameter that is drawn: the text of the scene before and after its value, the value, and the mean and the standard deviation of its draws.
 struct Drawn {
     before: &'static str,
@@ -307,6 +319,20 @@ fn wrong_ranges_are_refused_before_anything_is_written() {
             "emissivity = 0.83",
             &format!("{asks}vary = \"albedo\"\nrange = [0.4, 0.5]\n"),
             "leaves out the value in the scene, 0.3",
+        ),
+        (
+            "emissivity = 0.83",
+            "emissivity = 0.83",
+            &format!("{asks}vary = \"emissivity\"\nmaterial = \"skin\"\npercent = 90\n"),
+            "takes 0.83 above 1",
+        ),
+        (
+            "emissivity = 0.83",
+            "emissivity = 0.83",
+            &["a", "b"]
+                .map(|name| format!("[[uncertainty.parameter]]\nname = \"{name}\"\nvary = \"albedo\"\npercent = 5\n"))
+                .concat(),
+            "'b' varies a value that 'a' varies too",
         ),
         (
             "emissivity = 0.83",
