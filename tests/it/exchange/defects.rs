@@ -1,7 +1,7 @@
 //! What is wrong with a surface is counted, and patches inside others are told.
 
 use glam::DVec3;
-use isotherm::internals::{Defects, Exchange, ExchangeSettings, Lit, NodeViews, Patches, Scenery, StepLoad};
+use isotherm::internals::{Defects, Exchange, ExchangeSettings, Lit, NodeViews, Patches, Scenery, Sides, StepLoad};
 
 use super::shapes::{Shapes, grey};
 use super::view_factors::exchange;
@@ -45,6 +45,22 @@ fn a_closed_box_has_no_defect_and_its_changes_are_counted() {
     assert_eq!((found.coincident, found.open_edges, found.crowded_edges), (8, 0, 16));
     let told = found.warnings().join("\n");
     assert!(told.contains("8 triangles exactly on another") && told.contains("16 edges of more than two"), "{told}");
+
+    // A panel in the skin of the box: as a sheet, as another body's skin that looks the same way, and as one that looks at it.
+    let overlapping = |right: DVec3, up: DVec3, low: DVec3, both: bool| {
+        let mut shapes = Shapes::default();
+        solid(&mut shapes, DVec3::ZERO, 1.0, 2);
+        let mut material = grey(0.5, 0.8);
+        if both {
+            material.sides = Sides::Both { back: material.front };
+        }
+        shapes.plate(low, right, up, 3, material);
+        defects(&shapes).overlapping > 0
+    };
+    let (x, y, low) = (0.31 * DVec3::X, 0.47 * DVec3::Y, DVec3::new(0.2, 0.13, 1.0));
+    assert!(overlapping(x, y, low, true) && overlapping(y, x, low, true) && overlapping(x, y, low, false));
+    assert!(!overlapping(y, x, low, false), "nobody sees skins that touch");
+    assert!(!overlapping(x, y, low + 0.001 * DVec3::Z, true), "a gap of a millimetre");
 
     let mut thin = Shapes::default();
     solid(&mut thin, DVec3::ZERO, 1.0, 2);
