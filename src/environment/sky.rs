@@ -136,7 +136,12 @@ impl SkyModel {
             let distance = trajectory.state(time).map_or(f64::INFINITY, |state| state.position.length());
             if distance <= self.planet_radius * (1.0 + LEAST_RELATIVE_ALTITUDE) {
                 let (distance, radius) = (distance / 1e3, self.planet_radius / 1e3);
-                return Err(TrajectoryError::Underground { time: trajectory.utc(time), distance, radius }.into());
+                let days = trajectory.age_of_elements(time).map(|age| age / 86_400.0);
+                let cause = days.map_or(String::new(), |days| {
+                    format!(": the elements are {days:.0} days from it, and hold for days; take elements of that time, or fewer steps")
+                });
+                let time = trajectory.utc(time);
+                return Err(TrajectoryError::Underground { time, distance, radius, cause }.into());
             }
             if distance.is_finite() {
                 trajectory.plausible(time, distance, 0.0..=*DISTANCES.end())?;

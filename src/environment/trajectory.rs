@@ -102,7 +102,7 @@ pub enum TrajectoryError {
         farthest: f64,
     },
     /// A position inside the planet.
-    #[error("at {time} the craft is {distance:.0} km from the centre of a planet of {radius:.0} km")]
+    #[error("at {time} the craft is {distance:.0} km from the centre of a planet of {radius:.0} km{cause}")]
     Underground {
         /// Time, UTC.
         time: String,
@@ -110,6 +110,8 @@ pub enum TrajectoryError {
         distance: f64,
         /// Planet radius [km].
         radius: f64,
+        /// A probable cause, with leading punctuation. May be empty.
+        cause: String,
     },
 }
 
@@ -138,15 +140,15 @@ impl Trajectory {
         Self { description, start, start_centuries: tt_centuries(start), source, period: f64::INFINITY }
     }
 
-    /// Intervals of time that an ephemeris covers [s]. `None` for elements.
-    /// Time from the epoch of elements to time 0 [s]. `None` where it has none.
-    pub(crate) fn age_of_elements(&self) -> Option<f64> {
+    /// Time from the epoch of elements to a time of the scene [s]. `None` where it has none.
+    pub(crate) fn age_of_elements(&self, time: f64) -> Option<f64> {
         match &self.source {
-            TrajectorySource::Elements { epoch, .. } => Some(-epoch),
+            TrajectorySource::Elements { epoch, .. } => Some(time - epoch),
             _ => None,
         }
     }
 
+    /// Intervals of time that an ephemeris covers [s]. `None` for elements.
     pub(crate) fn coverage(&self) -> Option<Vec<(f64, f64)>> {
         match &self.source {
             TrajectorySource::Elements { .. } => None,

@@ -4,7 +4,6 @@ use glam::DVec3;
 
 use super::finding::{Finding, named, short};
 use super::materials::MaterialFacts;
-use crate::environment::trajectory::Trajectory;
 use crate::simulation::prepare::Prepared;
 
 /// NETD that no thermal camera reaches [K]. Microbolometers have 0.02 to 0.1, thermopiles up to 1.
@@ -41,17 +40,18 @@ pub(super) fn check(prepared: &Prepared, facts: &[MaterialFacts], [low, high]: [
         ));
     }
     findings.extend(out_of_range(prepared, facts));
-    if let Some(age) = scene.orbit.trajectory().and_then(Trajectory::age_of_elements)
-        && age.abs() > OLD
-    {
+    let last = f64::from(scene.time.steps) * scene.time.step;
+    let trajectory = scene.orbit.trajectory();
+    let ages = [0.0, last].map(|time| trajectory.and_then(|one| Some((time, one.age_of_elements(time)?))));
+    if let Some((time, age)) = ages.into_iter().flatten().find(|(_, age)| age.abs() > OLD) {
         findings.push(finding(
             "orbit",
             "orbit.file",
             format!(
-                "time 0 is {:.0} days from the epoch of the elements, and in low orbit SGP4 errs by 1 to 3 km a day",
+                "time {time} s is {:.0} days from the epoch of the elements, and in low orbit SGP4 errs by 1 to 3 km a day",
                 age / 86_400.0
             ),
-            "state elements of the date, or a time.start near their epoch",
+            "state elements of the date, or a time.start near their epoch and fewer steps",
         ));
     }
     let time = &scene.time;
