@@ -116,12 +116,13 @@ pub(super) fn report(
     let device = describe_device(chosen, &outcome, start_up_s);
     let missed = outcome.periodic.and_then(|periodic| periodic.warning(""));
     let off = outcome.accuracy.as_ref().and_then(|accuracy| accuracy.warning(prepared));
+    let off_range = outcome.range_warning();
     let network = network_section(prepared, engine);
     let entries = engine.exchange_description();
     let exchange = (!entries.is_empty())
         .then(|| SettingGroup { title: "Radiation between surfaces, as found".to_owned(), entries });
     let beyond = tell_network(network.as_ref());
-    for warning in missed.into_iter().chain(off).chain(beyond) {
+    for warning in missed.into_iter().chain(off).chain(off_range).chain(beyond) {
         say!("warning: {warning}");
         warnings.push(warning);
     }

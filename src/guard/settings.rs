@@ -10,8 +10,6 @@ use crate::simulation::prepare::Prepared;
 const NOISY: f64 = 2.0;
 /// Temperature that surfaces near a planet seldom fall below [K].
 const COLD: f64 = 100.0;
-/// Infrared and reflected light of a planet may warm a surface further than the Sun alone, by this factor of temperature.
-const WARMER: f64 = 1.15;
 /// Age of elements after which a place along the orbit is off by hundreds of kilometres [s].
 const OLD: f64 = 14.0 * 86_400.0;
 /// Distance beyond the box around the craft, as a share of its size, from which a point counts as off the craft.
@@ -80,9 +78,13 @@ pub(super) fn check(prepared: &Prepared, facts: &[MaterialFacts], [low, high]: [
 fn out_of_range(prepared: &Prepared, facts: &[MaterialFacts]) -> Option<Finding> {
     let [low, high] = prepared.scene.sensor.as_ref()?.range;
     let used = facts.iter().filter(|fact| fact.area_m2 > 0.0 && prepared.given.is_none());
-    let hottest = used.map(|fact| WARMER * fact.hottest_k).reduce(f64::max)?;
+    let hottest = used.map(|fact| fact.hottest_k).reduce(f64::max)?;
     let message = if hottest > 0.0 && low > hottest {
-        format!("begins at {} K, and no surface of the craft gets hotter than {} K", short(low), short(hottest))
+        format!(
+            "begins at {} K, and the hottest material has a balance temperature of {} K in full sunlight",
+            short(low),
+            short(hottest)
+        )
     } else if high < COLD {
         format!("ends at {} K, and surfaces near a planet are seldom so cold", short(high))
     } else {

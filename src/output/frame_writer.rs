@@ -66,7 +66,8 @@ pub(super) fn write_frame(
     for of_sensor in of_sensors {
         of_sensor.write(folder, &frame_stem(step, number), image, step)?;
     }
-    Ok(WrittenFrame { step, image: number, range: image.range(), apparent: None })
+    let at_end = of_sensors.iter().any(|of_sensor| of_sensor.is_at_end(image));
+    Ok(WrittenFrame { step, image: number, range: image.range(), apparent: None, at_end })
 }
 
 /// The frames written so far.

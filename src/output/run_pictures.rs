@@ -33,6 +33,8 @@ pub(crate) struct WrittenFrame {
     pub(crate) range: Option<[f32; 2]>,
     /// Smallest and largest brightness temperature [K], where brightness temperatures are drawn.
     pub(crate) apparent: Option<[f32; 2]>,
+    /// Whether a sensor reads an end of its range at every pixel of the craft.
+    pub(crate) at_end: bool,
 }
 
 impl WrittenFrame {

@@ -94,6 +94,20 @@ impl<'a> SensorFiles<'a> {
         Some(Self { band: 0, scene, sensor, camera, constants, bad })
     }
 
+    /// Digital numbers and counts of the band.
+    fn read<'i>(&self, image: &'i Image) -> (&'i Option<Vec<u16>>, &'i Option<Vec<u16>>) {
+        let further = image.bands.images.get(self.band).filter(|_| self.band > 0);
+        further.map_or((&image.digital_numbers, &image.counts), |band| (&band.digital_numbers, &band.counts))
+    }
+
+    /// Whether the craft is in the image, and all its pixels are at an end of the range.
+    pub(super) fn is_at_end(&self, image: &Image) -> bool {
+        let ends = [0, self.constants.most as u16];
+        let numbers = self.read(image).0.iter().flatten();
+        let mut of_craft = numbers.zip(&image.part).filter(|(_, part)| **part > 0).peekable();
+        of_craft.peek().is_some() && of_craft.all(|(number, _)| ends.contains(number))
+    }
+
     /// Ends of the names and contents of the files of an image. The name of an image's JSON ends with `.json`, other names end with `_dn.png` and so
     /// on.
     ///
@@ -101,9 +115,7 @@ impl<'a> SensorFiles<'a> {
     /// An image that can not be encoded.
     pub(crate) fn of(&self, stem: &str, image: &Image, step: u32) -> Result<Vec<(String, Vec<u8>)>, OutputError> {
         let size = image.size();
-        let further = image.bands.images.get(self.band).filter(|_| self.band > 0);
-        let (numbers, counts) =
-            further.map_or((&image.digital_numbers, &image.counts), |band| (&band.digital_numbers, &band.counts));
+        let (numbers, counts) = self.read(image);
         let Some(numbers) = numbers else { return Ok(Vec::new()) };
         let no_counts = || vec![0; numbers.len()];
         let counts = counts.as_ref().map_or_else(|| Cow::Owned(no_counts()), Cow::Borrowed);
