@@ -61,6 +61,6 @@ pub fn check(prepared: &Prepared, effort: CheckEffort) -> Checked {
     findings.extend(meshes::check(prepared, &shapes, &materials, (high - low).max_element()));
     findings.extend(settings::check(prepared, &materials, [low, high]));
     let neighbours = neighbours::facts(prepared);
-    findings.extend(neighbours::check(prepared, &neighbours));
+    findings.extend(neighbours::check(prepared, &neighbours, neighbours::NAMED));
     Checked { bounds_m: [low.to_array(), high.to_array()], sight, materials, neighbours, findings }
 }

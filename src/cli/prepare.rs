@@ -7,7 +7,8 @@ use super::progress::{building_bar, show_stage};
 use super::reach::ReachArguments;
 use crate::gpu::plan::{Planned, device_bytes};
 use crate::guard;
-use crate::guard::finding::CheckEffort;
+use crate::guard::finding::{CheckEffort, Finding};
+use crate::guard::neighbours::{self, NAMED_IN_REPORT};
 use crate::output::console::say;
 use crate::scene::Scene;
 use crate::simulation::prepare::Prepared;
@@ -53,10 +54,12 @@ pub(super) fn say_notes(prepared: &Prepared) {
 /// Prints the probable mistakes in a scene, and keeps them for the report.
 pub(super) fn guard(prepared: &mut Prepared, effort: CheckEffort) {
     let _looks = span("looking for mistakes");
-    for finding in guard::check(prepared, effort).findings {
-        say!("warning: {finding}");
-        prepared.warnings.push(finding.to_string());
-    }
+    let checked = guard::check(prepared, effort);
+    checked.findings.iter().for_each(|finding| say!("warning: {finding}"));
+    // The report has place for more pairs of neighbours than a line on the console.
+    let pairs = neighbours::check(prepared, &checked.neighbours, NAMED_IN_REPORT);
+    let others = checked.findings.iter().filter(|finding| finding.check != "contacts");
+    prepared.warnings.extend(others.chain(&pairs).map(Finding::to_string));
 }
 
 /// Memory of a run on the device, with images and with the buffers that the host reads [bytes].

@@ -6,7 +6,9 @@ use crate::simulation::prepare::Prepared;
 use crate::thermal::shell::Neighbours;
 
 /// Most pairs that a warning names.
-const NAMED: usize = 3;
+pub(super) const NAMED: usize = 3;
+/// Most pairs that the warning of a report names.
+pub(crate) const NAMED_IN_REPORT: usize = 12;
 
 /// Two neighbours without contact, by name.
 #[derive(Debug, Clone, serde::Serialize)]
@@ -60,18 +62,22 @@ pub(super) fn facts(prepared: &Prepared) -> Vec<NeighbourFacts> {
     neighbours.map(|pair| NeighbourFacts::new(prepared, pair)).collect()
 }
 
-/// Warns of neighbours where the scene says nothing of them.
-pub(super) fn check(prepared: &Prepared, facts: &[NeighbourFacts]) -> Option<Finding> {
+/// Warns of neighbours where the scene says nothing of them, and names at most `most` pairs.
+pub(crate) fn check(prepared: &Prepared, facts: &[NeighbourFacts], most: usize) -> Option<Finding> {
     if facts.is_empty() || prepared.scene.network.neighbours != NeighbourContacts::Unstated {
         return None;
     }
-    let pairs = facts.iter().take(NAMED).map(|pair| {
+    let pairs = facts.iter().take(most).map(|pair| {
         let left = 100.0 * pair.remaining;
         format!("{} over {} would keep {left:.1} % of their difference in temperature", pair.names(), pair.extent())
     });
     let pairs: Vec<String> = pairs.collect();
-    let more = facts.len().saturating_sub(NAMED);
-    let more = if more > 0 { format!("; and there are {more} more pairs") } else { String::new() };
+    let more = facts.len().saturating_sub(most);
+    let more = match more {
+        0 => String::new(),
+        1 => "; and there is 1 more pair".to_owned(),
+        more => format!("; and there are {more} more pairs"),
+    };
     Some(Finding {
         check: "contacts",
         about: "network.contacts".to_owned(),
