@@ -56,6 +56,12 @@ pub fn check(prepared: &Prepared, effort: CheckEffort) -> Checked {
     let [low, high] = shapes.iter().fold(none, |[low, high], shape| [low.min(shape.low), high.max(shape.high)]);
     let (sight, mut findings) = view::check(prepared, &shapes, effort);
     let materials = materials::facts(prepared);
+    findings.extend(prepared.idle_patterns.iter().map(|(section, message)| Finding {
+        check: "names",
+        about: (*section).to_owned(),
+        message: message.clone(),
+        remedy: "correct the pattern, or leave it out".to_owned(),
+    }));
     findings.extend(shapes::check(prepared, &shapes, high - low));
     findings.extend(materials::check(prepared, &shapes, &materials));
     findings.extend(meshes::check(prepared, &shapes, &materials, (high - low).max_element()));

@@ -78,14 +78,11 @@ impl Density {
                 if matched.peek().is_none() {
                     let near = suggestion(pattern, model.parts.iter().map(|part| part.name.as_str()));
                     idle.push(format!(
-                        "Pattern '{pattern}' of [[part]] {} matches no part of the model{near}",
+                        "pattern '{pattern}' of [[part]] {} matches no part of the model{near}",
                         index + 1
                     ));
                 } else if matched.all(|part| self.parts[..index].iter().any(|rule| rule.matches(&part.name))) {
-                    idle.push(format!(
-                        "Pattern '{pattern}' of [[part]] {} matches what earlier ones match.",
-                        index + 1
-                    ));
+                    idle.push(format!("pattern '{pattern}' of [[part]] {} matches what earlier ones match", index + 1));
                 }
             }
         }

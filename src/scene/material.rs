@@ -18,6 +18,9 @@ use super::table::MaterialTable;
 use super::value_source::ValueSource;
 use super::values::{Complete, Incomplete, Values};
 
+/// Most idle patterns that an error lists.
+const MOST_ADVICE: usize = 8;
+
 /// Rules in file order. The first rule that matches a glTF material's name wins.
 #[derive(Debug, Clone, Default)]
 pub struct MaterialRules {
@@ -262,16 +265,8 @@ impl MaterialRules {
         if unmatched.is_empty() {
             return Ok(materials);
         }
-        let of_part = self.rules.iter().flat_map(|rule| &rule.patterns).find(|pattern| {
-            let pattern = WildMatch::new(pattern);
-            !model.materials.iter().any(|material| pattern.matches(&material.name))
-                && model.parts.iter().any(|part| pattern.matches(&part.name))
-        });
-        let advice = of_part.map_or(String::new(), |pattern| {
-            format!(
-                ". '{pattern}' is the name of a part: 'match' takes names of materials, and 'part' takes names of parts"
-            )
-        });
+        let idle = self.idle_patterns(model);
+        let advice: String = idle.iter().take(MOST_ADVICE).map(|told| format!(". But {told}")).collect();
         Err(SceneError::Unmatched {
             path: self.extras.scene.clone(),
             line: self.extras.line,
@@ -366,41 +361,41 @@ impl MaterialRules {
         Ok(self.default.as_ref().map(|rule| Material { name: wanted.name.clone(), ..rule.material.clone() }))
     }
 
-    /// One sentence for each pattern that matches no material, or only materials of an earlier rule. Such a pattern is
+    /// One sentence for each pattern that matches no material or part, or only materials of an earlier rule. Such a pattern is
     /// probably misspelt.
     pub fn idle_patterns(&self, model: &Model) -> Vec<String> {
+        let [parts, materials] = [
+            model.parts.iter().map(|part| part.name.as_str()).collect::<Vec<_>>(),
+            model.materials.iter().map(|material| material.name.as_str()).collect(),
+        ];
+        let matches = |names: &[&str], pattern: &str| names.iter().any(|name| WildMatch::new(pattern).matches(name));
         let mut idle = Vec::new();
         for (index, rule) in self.rules.iter().enumerate() {
-            if let Some(parts) = &rule.parts {
-                let is_idle = |pattern: &&String| {
-                    let pattern = WildMatch::new(pattern);
-                    !model.parts.iter().any(|part| pattern.matches(&part.name))
-                };
-                idle.extend(parts.iter().filter(is_idle).map(|pattern| {
-                    let near = suggestion(pattern, model.parts.iter().map(|part| part.name.as_str()));
-                    format!("Pattern '{pattern}' of rule {} matches no part of the model{near}", index + 1)
-                }));
-                continue;
+            let (number, before) = (index + 1, idle.len());
+            for pattern in rule.parts.iter().flatten().filter(|pattern| !matches(&parts, pattern)) {
+                let near = suggestion(pattern, parts.iter().copied());
+                idle.push(format!("pattern '{pattern}' of rule {number} matches no part of the model{near}"));
             }
+            let earlier = || self.rules[..index].iter().filter(|rule| rule.parts.is_none());
             for pattern in &rule.patterns {
                 let wildcard = WildMatch::new(pattern);
-                let mut matched = model.materials.iter().filter(|material| wildcard.matches(&material.name)).peekable();
-                if matched.peek().is_none() {
-                    let of_part = model.parts.iter().any(|part| wildcard.matches(&part.name));
-                    let hint = match of_part {
-                        true => ", but a part: state it as 'part'.".to_owned(),
-                        false => suggestion(pattern, model.materials.iter().map(|material| material.name.as_str())),
+                let taken = |name: &&str| !wildcard.matches(name) || earlier().any(|rule| rule.matches(name));
+                if !matches(&materials, pattern) {
+                    let hint = match matches(&parts, pattern) {
+                        true => {
+                            ", but a part: 'match' takes names of materials, and 'part' takes names of parts".to_owned()
+                        }
+                        false => suggestion(pattern, materials.iter().copied()),
                     };
-                    idle.push(format!(
-                        "Pattern '{pattern}' of rule {} matches no material of the model{hint}",
-                        index + 1
-                    ));
-                } else if matched.all(|material| {
-                    let earlier = self.rules[..index].iter().filter(|rule| rule.parts.is_none());
-                    earlier.clone().any(|rule| rule.matches(&material.name))
-                }) {
-                    idle.push(format!("Pattern '{pattern}' of rule {} matches what earlier rules match.", index + 1));
+                    idle.push(format!("pattern '{pattern}' of rule {number} matches no material of the model{hint}"));
+                } else if rule.parts.is_none() && materials.iter().all(taken) {
+                    idle.push(format!("pattern '{pattern}' of rule {number} matches what earlier rules match"));
                 }
+            }
+            if rule.parts.is_some() && idle.len() == before && !self.of_material.values().any(|taker| *taker == index) {
+                idle.push(format!(
+                    "rule {number} takes no surface: no part of its 'part' has a material of its 'match', or earlier rules take them"
+                ));
             }
         }
         idle

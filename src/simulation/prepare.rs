@@ -47,6 +47,8 @@ const PROFILES: &str = "A transition is a profile in temperature, not physics: i
 pub struct ModelSummary {
     /// Area [m2].
     pub area: f64,
+    /// Triangles of the file.
+    pub(crate) triangles: usize,
     /// Result of merging short edges, where the scene asks for it.
     pub(crate) merged: Option<MergeSummary>,
 }
@@ -81,6 +83,8 @@ pub struct Prepared {
     pub(crate) given: Option<Arc<GivenTemperatures>>,
     /// Patches that radiate to each other, where the scene has `[exchange]`.
     pub exchange: Option<Arc<ExchangeCraft>>,
+    /// Section and sentence of each pattern that has no effect.
+    pub(crate) idle_patterns: Vec<(&'static str, String)>,
     /// Remarks for the user.
     pub warnings: Vec<String>,
 }
@@ -145,6 +149,8 @@ impl Prepared {
         let looks = emissivity::check_bands(&mut scene, &model, &mut materials)?;
         steps::set_hottest(&scene, &mut materials)?;
         let hashes = steps::hashes(&scene.files)?;
+        let triangles_of_file = model.triangles.len();
+        let idle_patterns = steps::idle_patterns(&scene, &model);
         let mut warnings = steps::model_warnings(&scene, &mut model);
         let Dense { mut model, merged, occluders } = steps::at_density(&mut scene, model, &materials, progress)?;
         warnings.extend(looks);
@@ -196,8 +202,9 @@ impl Prepared {
             materials,
             triangles,
             triangle_runs,
-            model: ModelSummary { area: areas.iter().sum(), merged },
+            model: ModelSummary { area: areas.iter().sum(), triangles: triangles_of_file, merged },
             probes,
+            idle_patterns,
             warnings,
             nodes,
             scene,

@@ -84,7 +84,13 @@ pub(super) fn hashes(files: &[PathBuf]) -> Result<SceneHashes, PrepareError> {
     })
 }
 
-/// Warns of patterns that match no part or material, and of features of the model that are ignored.
+/// The section and a sentence for each pattern of the scene that has no effect.
+pub(super) fn idle_patterns(scene: &Scene, model: &Model) -> Vec<(&'static str, String)> {
+    let materials = scene.materials.idle_patterns(model).into_iter().map(|told| ("[[material]]", told));
+    materials.chain(scene.density.idle_patterns(model).into_iter().map(|told| ("[[part]]", told))).collect()
+}
+
+/// Warns of features of the model that are ignored.
 pub(super) fn model_warnings(scene: &Scene, model: &mut Model) -> Vec<String> {
     let other = |skipped: &&Skipped| !skipped.what.ends_with("animation") && !skipped.what.ends_with("animations");
     let skipped = model.skipped.iter().filter(other);
@@ -96,10 +102,7 @@ pub(super) fn model_warnings(scene: &Scene, model: &mut Model) -> Vec<String> {
         remarks.truncate(MOST_REMARKS);
         remarks.push(format!("and {more} more: isotherm info {}", scene.model_path.display()));
     }
-    let mut warnings = scene.materials.idle_patterns(model);
-    warnings.extend(scene.density.idle_patterns(model));
-    warnings.append(&mut remarks);
-    warnings
+    remarks
 }
 
 /// Says which animations no joint plays.

@@ -65,7 +65,7 @@ fn rules_of_parts_give_their_surfaces_a_material_of_their_own() {
     let wrong = rules.replace("part = ", "match = ").replace("\"*\"", "\"none\"");
     let scene = folder.parse(&format!("{before}{wrong}")).expect("a scene");
     let error = scene.materials.resolve(&model, &mut Vec::new()).expect_err("no values").to_string();
-    assert!(error.contains("'wing_*' is the name of a part"), "{error}");
+    assert!(error.contains("matches no material of the model, but a part: 'match' takes"), "{error}");
     // A default takes its place, so a remark says it.
     assert!(scene.materials.idle_patterns(&model)[0].contains("but a part"));
 }
@@ -130,10 +130,26 @@ fn the_first_rule_that_matches_wins_and_idle_patterns_are_named() {
     assert_eq!(
         scene.materials.idle_patterns(&model),
         [
-            "Pattern 'AB' of rule 2 matches what earlier rules match.",
-            "Pattern 'a*' of rule 2 matches no material of the model; did you mean 'AB'?",
+            "pattern 'AB' of rule 2 matches what earlier rules match",
+            "pattern 'a*' of rule 2 matches no material of the model; did you mean 'AB'?",
         ]
     );
+    // The error of a material without values names the pattern at fault, or the condition of two that fails.
+    let told = |keys: &str| {
+        let values = "absorptivity = 0.2\nemissivity = 0.8\nresponse = \"instant\"\n";
+        let (before, _) = SHORT.split_once("[materials]").expect("materials");
+        let mut scene = folder.parse(&format!("{before}[[material]]\n{keys}\n{values}")).expect("a scene");
+        let mut model = named(&["MLI", "CELLS"]);
+        scene.materials.split_by_part(&mut model);
+        scene.materials.resolve(&model, &mut Vec::new()).expect_err("no values").to_string()
+    };
+    for (keys, words) in [
+        ("match = 'mli'", "pattern 'mli' of rule 1 matches no material of the model; did you mean 'MLI'?"),
+        ("match = 'MLI'\npart = 'bdy'", "pattern 'bdy' of rule 1 matches no part of the model"),
+        ("match = 'ML'\npart = '*'", "pattern 'ML' of rule 1 matches no material of the model; did you mean 'MLI'?"),
+    ] {
+        assert!(told(keys).contains(words), "{}", told(keys));
+    }
     let rule: &MaterialRule = &scene.materials.rules[1];
     assert!(rule.matches("B") && !rule.matches("b"));
 }
