@@ -57,6 +57,10 @@ pub(super) fn building_bar() -> ProgressBar {
 }
 
 pub(super) fn show_stage(bar: &ProgressBar, stage: PrepareStage) {
+    if let PrepareStage::Long { .. } = stage {
+        say!("warning: {stage}");
+        return;
+    }
     bar.set_message(stage.to_string());
     bar.set_position(stage.number());
 }

@@ -10,6 +10,12 @@ use crate::simulation::density::LONGEST_CRAFT;
 use crate::simulation::prepare::Prepared;
 use crate::thermal::material::Sides;
 
+/// No closed body in orbit encloses more [m3]. All modules of the International Space Station enclose 1,005 m3.
+const LARGEST_BODY: f64 = 1000.0;
+/// No craft is longer along each of its axes [m]. The International Space Station is flat: 109 m by 73 m by less than 50 m.
+const LARGEST_BLOCK: f64 = 50.0;
+/// Triangles from which a model of one part is an asteroid or the like, and no simple craft in mm.
+const DETAILED: usize = 1000;
 /// No craft is shorter than this [m].
 const SHORTEST: f64 = 0.02;
 /// Sum of the area vectors of a closed surface, as a share of its area, that rounding leaves.
@@ -144,6 +150,24 @@ fn find_closed_sheets(prepared: &Prepared, shapes: &[PartShape]) -> Option<Findi
     })
 }
 
+/// Tells of a craft that is no longer than a station, but is a block or has a body that none has: a CubeSat in mm, or a larger craft in cm.
+fn find_vast(prepared: &Prepared, shapes: &[PartShape], size: DVec3) -> Option<String> {
+    if prepared.parts.len() == 1 && prepared.model.triangles >= DETAILED {
+        return None;
+    }
+    let vast = |shape: &&PartShape| shape.volume.abs() > LARGEST_BODY && is_closed(prepared, shape);
+    let why = match shapes.iter().find(vast) {
+        Some(body) => {
+            let part = &prepared.parts[body.part as usize];
+            format!("its part '{part}' encloses {} m3, more than a space station", short(body.volume.abs()))
+        }
+        None if size.min_element() > LARGEST_BLOCK => "no craft is so large along all its axes".to_owned(),
+        None => return None,
+    };
+    let [x, y, z] = size.to_array().map(short);
+    Some(format!("the craft is {x} x {y} x {z} m, and {why}, so the model is probably in mm or cm"))
+}
+
 pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], size: DVec3) -> Vec<Finding> {
     let mut findings = Vec::new();
     let model = prepared.scene.model_path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -158,6 +182,9 @@ pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], size: DVec3) -> V
         let message = format!("the craft is {} m long, so the model is probably in mm", short(extent));
         findings
             .push(of_size(message, "glTF is in metres: export it again in metres, or scale its root node by 0.001"));
+    } else if let Some(message) = find_vast(prepared, shapes, size) {
+        let scale = "glTF is in metres: export it again in metres, or scale its root node by 0.001 (mm) or 0.01 (cm)";
+        findings.push(of_size(message, scale));
     } else if extent < SHORTEST {
         let message = format!("the craft is {} m long, so the model is probably not in metres", short(extent));
         findings.push(of_size(message, "glTF is in metres: export it again in metres, or scale its root node"));

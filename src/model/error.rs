@@ -39,13 +39,15 @@ pub enum ModelError {
     },
     /// Subdivision would exceed the vertex limit.
     #[error(
-        "{}: subdivision to edges of at most {max_edge} m needs {needed} vertices or more, and the limit is {limit}; \
-         use a longer edge",
+        "{}: subdivision to edges of at most {max_edge} m needs {needed} vertices or more, and the limit is {limit}. The craft is \
+         {extent:.3} m long: use a longer edge. If the file is in mm, scale its root node by 0.001, because glTF is in metres",
         path.display()
     )]
     TooManyVertices {
         /// The model's file.
         path: PathBuf,
+        /// Longest side of the box around the craft [m].
+        extent: f64,
         /// The longest edge [m].
         max_edge: f64,
         /// Vertices at the subdivision level that exceeds the limit.

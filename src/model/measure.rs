@@ -14,6 +14,13 @@ impl Model {
         triangle.map(|vertex| self.positions[vertex as usize])
     }
 
+    /// Longest side of the box around the triangles [m].
+    pub(crate) fn extent(&self) -> f64 {
+        let drawn = || self.triangles.iter().flatten().map(|vertex| self.positions[*vertex as usize]);
+        let low = drawn().fold(DVec3::INFINITY, DVec3::min);
+        (drawn().fold(DVec3::NEG_INFINITY, DVec3::max) - low).max_element().max(0.0)
+    }
+
     /// Area of triangle `index` [m2].
     pub fn triangle_area(&self, index: usize) -> f64 {
         area_vector(self.corners(self.triangles[index])).length()

@@ -161,7 +161,8 @@ impl Model {
         }
         let finest = max_edges.iter().copied().fold(f64::INFINITY, f64::min);
         let limit = vertex_limit.min(u32::MAX as usize);
-        let too_many = |path, needed| ModelError::TooManyVertices { path, max_edge: finest, needed, limit };
+        let extent = self.extent();
+        let too_many = |path, needed| ModelError::TooManyVertices { path, extent, max_edge: finest, needed, limit };
         // A triangle with edges of `max_edge` covers at most sqrt(3)/4 of its square. A mesh has at least a quarter as
         // many vertices as triangles. This estimate refuses edges that are far too short.
         let triangles_needed = |(index, triangle): (usize, &[u32; 3])| {

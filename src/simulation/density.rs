@@ -1,7 +1,5 @@
 //! Node density: merges and splits edges as the scene asks, or as light needs them, within the host's free memory.
 
-use glam::DVec3;
-
 use super::prepare_error::PrepareStage;
 use crate::host;
 use crate::model::{MergeSummary, Model, ModelError};
@@ -16,7 +14,10 @@ const HOST_BYTES_A_NETWORK_NODE: usize = 400;
 /// Nothing that flies is longer than this [m]. The International Space Station has 109 m.
 pub(crate) const LONGEST_CRAFT: f64 = 200.0;
 
-/// Nodes from which a craft that is longer is refused before its edges are split.
+/// Few craft are longer than this [m]: stations and sails.
+const LONG_CRAFT: f64 = 50.0;
+
+/// Nodes from which a craft that is longer is refused, or from which a long one is told, before its edges are split.
 const MOST_NODES_OF_WRONG_UNIT: f64 = 1e6;
 
 /// Longest edge over the root of the craft's area where a scene states none and its surfaces shade or warm each other: some 5,000 nodes.
@@ -72,25 +73,25 @@ pub(super) fn split(
     }
     // Nobody stated an edge that was chosen, and it makes few nodes.
     if !scene.density.is_chosen {
-        refuse_wrong_unit(&model, &longest)?;
+        refuse_wrong_unit(&model, &longest, progress)?;
     }
     model.subdivide_parts(&longest, node_limit(network), &mut |vertices| progress(PrepareStage::Splitting(vertices)))
 }
 
-/// Refuses a craft that is longer than any, where its edges would make millions of nodes, before they are made.
-fn refuse_wrong_unit(model: &Model, longest: &[f64]) -> Result<(), ModelError> {
+/// Refuses a craft that is longer than any, and tells of a long one, where its edges would make millions of nodes, before they are made.
+fn refuse_wrong_unit(model: &Model, longest: &[f64], progress: &mut dyn FnMut(PrepareStage)) -> Result<(), ModelError> {
     let place = |vertex: u32| model.positions[vertex as usize];
-    let drawn = || model.triangles.iter().flatten().map(|vertex| place(*vertex));
-    let low = drawn().fold(DVec3::INFINITY, DVec3::min);
-    let extent = (drawn().fold(DVec3::NEG_INFINITY, DVec3::max) - low).max_element();
+    let extent = model.extent();
     // An equilateral triangle has the largest area, sqrt(3)/4 of the square of its edge, and a mesh has half as many vertices as triangles.
     let fewest = |triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(place);
         let edge = longest[model.vertex_part[triangle[0] as usize] as usize];
         0.5 * (0.5 * (b - a).cross(c - a).length() / (3f64.sqrt() / 4.0 * edge * edge)).max(1.0)
     };
-    let nodes: f64 = if extent > LONGEST_CRAFT { model.triangles.iter().map(fewest).sum() } else { 0.0 };
-    if nodes > MOST_NODES_OF_WRONG_UNIT {
+    let nodes: f64 = if extent > LONG_CRAFT { model.triangles.iter().map(fewest).sum() } else { 0.0 };
+    if nodes > MOST_NODES_OF_WRONG_UNIT && extent <= LONGEST_CRAFT {
+        progress(PrepareStage::Long { metres: extent as u32, nodes: nodes as usize });
+    } else if nodes > MOST_NODES_OF_WRONG_UNIT {
         let edge = longest.iter().copied().fold(f64::INFINITY, f64::min);
         return Err(ModelError::WrongUnit { path: model.source.clone(), extent, edge, nodes });
     }

@@ -14,6 +14,13 @@ use crate::thermal::function::FunctionError;
 pub enum PrepareStage {
     /// The model is read and its short edges are merged.
     Reading,
+    /// Edges of a long craft are about to be split into many.
+    Long {
+        /// Longest side of the box around the craft [m].
+        metres: u32,
+        /// Nodes that it has at least.
+        nodes: usize,
+    },
     /// Long edges are split. The value is the number of vertices so far.
     Splitting(usize),
     /// The thermal network is made.
@@ -34,7 +41,7 @@ impl PrepareStage {
     pub(crate) fn work(self) -> &'static str {
         match self {
             Self::Reading => "reading the model",
-            Self::Splitting(_) => "splitting edges",
+            Self::Long { .. } | Self::Splitting(_) => "splitting edges",
             Self::Network => "making the network",
             Self::Ordering => "ordering the nodes",
             Self::Loads => "preparing the loads",
@@ -46,7 +53,7 @@ impl PrepareStage {
     pub(crate) fn number(self) -> u64 {
         match self {
             Self::Reading => 0,
-            Self::Splitting(_) => 1,
+            Self::Long { .. } | Self::Splitting(_) => 1,
             Self::Network => 2,
             Self::Ordering => 3,
             Self::Loads => 4,
@@ -58,6 +65,10 @@ impl PrepareStage {
 impl std::fmt::Display for PrepareStage {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
+            Self::Long { metres, nodes } => write!(
+                out,
+                "the craft is {metres} m long, and its edges make {nodes} nodes or more: if the file is in mm or cm, stop, and scale its root node"
+            ),
             Self::Splitting(vertices) => write!(out, "splitting: {vertices} vertices"),
             _ => out.write_str(self.work()),
         }
