@@ -5,10 +5,12 @@
 
 use glam::DVec3;
 
+use crate::simulation::facade::Simulation;
 use crate::simulation::prepare::Prepared;
 use finding::{CheckEffort, Finding};
 use materials::MaterialFacts;
 use neighbours::NeighbourFacts;
+use shapes::PartShape;
 use view::Sight;
 
 pub(crate) mod finding;
@@ -52,16 +54,15 @@ pub(crate) fn is_off_craft(prepared: &Prepared, place: DVec3) -> bool {
 /// Checks a scene.
 pub fn check(prepared: &Prepared, effort: CheckEffort) -> Checked {
     let shapes = shapes::of(prepared);
-    let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-    let [low, high] = shapes.iter().fold(none, |[low, high], shape| [low.min(shape.low), high.max(shape.high)]);
+    let [low, high] = box_around(&shapes);
     let (sight, mut findings) = view::check(prepared, &shapes, effort);
-    let materials = materials::facts(prepared);
     findings.extend(prepared.idle_patterns.iter().map(|(section, message)| Finding {
         check: "names",
         about: (*section).to_owned(),
         message: message.clone(),
         remedy: "correct the pattern, or leave it out".to_owned(),
     }));
+    let materials = materials::facts(prepared);
     findings.extend(shapes::check(prepared, &shapes, high - low));
     findings.extend(materials::check(prepared, &shapes, &materials));
     findings.extend(meshes::check(prepared, &shapes, &materials, (high - low).max_element()));
@@ -69,4 +70,27 @@ pub fn check(prepared: &Prepared, effort: CheckEffort) -> Checked {
     let neighbours = neighbours::facts(prepared);
     findings.extend(neighbours::check(prepared, &neighbours, neighbours::NAMED));
     Checked { bounds_m: [low.to_array(), high.to_array()], sight, materials, neighbours, findings }
+}
+
+fn box_around(shapes: &[PartShape]) -> [DVec3; 2] {
+    let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    shapes.iter().fold(none, |[low, high], shape| [low.min(shape.low), high.max(shape.high)])
+}
+
+/// Names of probes and places in the body frame [m] that lie off the craft.
+pub(crate) fn probes_off<'a>(prepared: &Prepared, probes: impl Iterator<Item = (&'a str, DVec3)>) -> Option<Finding> {
+    settings::find_off(probes, box_around(&shapes::of(prepared)))
+}
+
+/// The warnings of a scene, and the probable mistakes in it.
+pub(crate) fn warnings(prepared: &Prepared, effort: CheckEffort) -> Vec<String> {
+    let findings = check(prepared, effort).findings;
+    prepared.warnings.iter().cloned().chain(findings.iter().map(Finding::to_string)).collect()
+}
+
+impl Simulation {
+    /// Remarks about the scene, and what is probably wrong in it, as `isotherm check` tells them.
+    pub fn warnings(&self) -> Vec<String> {
+        warnings(self.prepared(), CheckEffort::BRIEF)
+    }
 }

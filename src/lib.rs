@@ -35,7 +35,6 @@ mod exchange;
 mod files;
 mod fit;
 mod gpu;
-#[cfg(feature = "programs")]
 mod guard;
 mod host;
 #[cfg(feature = "programs")]

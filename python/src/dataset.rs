@@ -55,6 +55,7 @@ pub fn make_dataset<'py>(
             shard: Shard { index: shard, shards },
             begin: Begin::Resume,
             allows_outside: allow_outside,
+            warn: &|_| (),
         };
         make(&order, stop, &mut |_, _| ())
     };

@@ -152,7 +152,7 @@ impl Simulation {
             parts: prepared.parts.clone(),
             materials: prepared.materials.iter().map(|material| material.name.clone()).collect(),
             assumptions: prepared.scene.assumptions.clone(),
-            warnings: prepared.warnings.clone(),
+            warnings: inner.warnings(),
             device: inner.device_name(),
             inner: Held::new(Some(inner)),
             sigma: Mutex::new(None),

@@ -7,7 +7,7 @@ use std::time::Instant;
 use super::arguments::{FolderArguments, command_line};
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
-use super::prepare::say_notes;
+use super::prepare::{guard, say_notes};
 use super::progress::{building_bar, progress_bar, show_stage, stop_flag};
 use super::reach::ReachArguments;
 use crate::compare::files::{PAGE, own_files, write};
@@ -15,6 +15,7 @@ use crate::compare::page::ComparePage;
 use crate::compare::responses::{self, ResponseOrigin};
 use crate::compare::runs::{Progress, Runs, all};
 use crate::compare::{INSTANT, NETWORK, PERIODIC_START, RESPONSES, TRANSITION};
+use crate::guard::finding::CheckEffort;
 use crate::output::console::{answer, say};
 use crate::output::folder::Folder;
 use crate::output::statistics::Percentiles;
@@ -58,8 +59,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let bar = building_bar();
     let network = responses::network(&scene, &mut |stage| show_stage(&bar, stage));
     bar.finish_and_clear();
-    let network = network?;
+    let mut network = network?;
     say_notes(&network);
+    guard(&mut network, CheckEffort::BRIEF);
     let chosen = arguments.device.open()?;
     say!("device: {}", chosen.name());
     let folder =

@@ -9,11 +9,12 @@ use super::columns::aligned;
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::poses::draw_at_poses;
-use super::prepare::prepare_scene;
+use super::prepare::{guard, prepare_scene};
 use super::progress::{show_news, spinner, stop_flag};
 use super::reach::ReachArguments;
 use crate::converge::files::{FILES, summary, verdict, write};
 use crate::converge::search::{Search, check};
+use crate::guard::finding::CheckEffort;
 use crate::output::console::{answer, say};
 use crate::output::folder::Folder;
 
@@ -65,7 +66,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     check(&scene)?;
     let began = Instant::now();
-    let prepared = prepare_scene(scene.clone())?;
+    let mut prepared = prepare_scene(scene.clone())?;
+    guard(&mut prepared, CheckEffort::BRIEF);
     let preparing = began.elapsed();
     let folder = Folder::new(&arguments.folder.output, &FILES);
     folder.keep_inputs(&prepared.scene.files)?;

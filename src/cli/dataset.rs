@@ -148,6 +148,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         shard: arguments.shard,
         begin,
         allows_outside: arguments.reach.allows_outside(),
+        warn: &|warning| say!("warning: {warning}"),
     };
     let stop = stop_flag();
     // Kept images take no time, so they say nothing of the time that is left.
@@ -238,6 +239,7 @@ fn show(arguments: &PreviewArguments) -> Result<(), CliError> {
     bar.finish_and_clear();
     let preview = preview?;
     output.write_bytes(&preview.canvas.png()?)?;
+    preview.warnings.iter().for_each(|warning| say!("warning: {warning}"));
     for (reason, count) in &preview.rejections {
         say!("rejected: {count} {}", reason.words());
     }

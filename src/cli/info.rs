@@ -6,7 +6,7 @@ use serde_json::json;
 
 use super::device::DeviceArguments;
 use super::error::CliError;
-use super::prepare::{device_memory, prepare_with_progress};
+use super::prepare::{device_memory, guard, prepare_with_progress};
 use super::reach::ReachArguments;
 use super::{info_network, info_scene};
 use crate::gpu::context;
@@ -15,6 +15,7 @@ use crate::gpu::frame::{Frame, compose};
 use crate::gpu::pass::ListEntry;
 use crate::gpu::plan::{Planned, device_bytes};
 use crate::gpu::scene_frames::SceneFrames;
+use crate::guard::finding::CheckEffort;
 use crate::model::Model;
 use crate::output::console::answer;
 use crate::output::console::say;
@@ -133,7 +134,8 @@ fn model(path: &Path, arguments: &Arguments) -> Result<(serde_json::Value, Strin
 }
 
 fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, String), CliError> {
-    let prepared = prepare_with_progress(path, reach)?;
+    let mut prepared = prepare_with_progress(path, reach)?;
+    guard(&mut prepared, CheckEffort::NO_IMAGE);
     let camera = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw != Draw::None);
     let poses = prepared.loads.joints_at(0.0).1;
     let cast = prepared.exchange.as_ref().map(|craft| (craft, craft.cast(&poses)));

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use super::error::CliError;
 use super::network_export::write_tables;
-use super::prepare::prepare_with_progress;
+use super::prepare::{guard, prepare_with_progress};
 use super::progress::{spinner, stop_flag};
 use super::reach::ReachArguments;
+use crate::guard::finding::CheckEffort;
 use crate::simulation::network_file::network_file;
 
 /// Most numbers of heat.
@@ -15,7 +16,8 @@ const MOST: f64 = 1e8;
 /// Writes the network of a scene into a folder.
 pub(super) fn write(scene: &Path, output: &Path, force: bool, reach: ReachArguments) -> Result<(), CliError> {
     let wrong = |message: String| CliError::Usage(format!("{}: {message}", scene.display()));
-    let prepared = prepare_with_progress(scene, reach)?;
+    let mut prepared = prepare_with_progress(scene, reach)?;
+    guard(&mut prepared, CheckEffort::NO_IMAGE);
     let Some(network) = &prepared.network else {
         return Err(wrong("has no thermal network: no material has response = \"network\"".to_owned()));
     };

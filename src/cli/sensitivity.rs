@@ -7,10 +7,11 @@ use super::arguments::FolderArguments;
 use super::columns::aligned;
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
-use super::prepare::prepare_scene;
+use super::prepare::{guard, prepare_scene};
 use super::progress::{show_news, spinner, stop_flag};
 use super::reach::ReachArguments;
 use crate::converge::walk::kept_images;
+use crate::guard::finding::CheckEffort;
 use crate::output::console::{answer, say};
 use crate::output::folder::Folder;
 use crate::scene::read_parameters;
@@ -52,6 +53,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         say!("assumed: {assumption}");
     }
     let mut prepared = prepare_scene(scene)?;
+    guard(&mut prepared, CheckEffort::BRIEF);
     let values = check(&parameters, &prepared)?;
     let kept = kept_images(&prepared.scene, 2 * parameters.len());
     let kept = draw_kept(&mut prepared.scene, kept);

@@ -12,6 +12,8 @@ use super::progress::stop_flag;
 use super::reach::ReachArguments;
 use super::thermal_state;
 use super::time::parse_time;
+use crate::guard;
+use crate::guard::finding::CheckEffort;
 use crate::output::console::{answer, say};
 use crate::server::connection::Patience;
 use crate::server::error::ServerError;
@@ -151,7 +153,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
                 path.display()
             );
         }
-        prepared.push(scenes.add(name, path, scene)?);
+        let added = scenes.add(name, path, scene)?;
+        // A client states its own camera.
+        for warning in guard::warnings(&added, CheckEffort::NO_IMAGE) {
+            say!("warning: {}: {warning}", path.display());
+        }
+        prepared.push(added);
     }
     let target = arguments.device.open()?;
     let mut state = None;

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
-use super::prepare::prepare_scene;
+use super::prepare::{guard, prepare_scene};
 use super::reach::ReachArguments;
 use crate::environment::{PlanetLoad, StepLoad};
 use crate::exchange::between::{To, radiative_areas, view_factors};
@@ -13,6 +13,7 @@ use crate::exchange::cast::{Scenery, cast_rays};
 use crate::exchange::step::Exchange;
 use crate::gpu::effects::exchange::RESOURCES;
 use crate::gpu::effects::exchange::tables::ExchangeTables;
+use crate::guard::finding::CheckEffort;
 use crate::output::console::say;
 use crate::output::destination::{Destination, destinations};
 use crate::output::exchange_pictures::{fish_eye, open_sky};
@@ -61,7 +62,8 @@ pub(crate) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut scene = arguments.reach.scene(&arguments.scene)?;
     scene.exchange_by_default();
-    let prepared = prepare_scene(scene)?;
+    let mut prepared = prepare_scene(scene)?;
+    guard(&mut prepared, CheckEffort::NO_IMAGE);
     let Some(craft) = &prepared.exchange else {
         return Err(CliError::Usage(format!("{}: nothing exchanges heat", arguments.scene.display())));
     };

@@ -138,6 +138,8 @@ pub struct DatasetOrder<'a> {
     pub begin: Begin,
     /// Whether the scene may name files outside its folder.
     pub allows_outside: bool,
+    /// Hears what is probably wrong in the first scene, before it runs.
+    pub warn: &'a dyn Fn(&str),
 }
 
 /// Makes the orbits of a shard. `progress` is called with a number of images, and whether they were kept from before.
@@ -149,7 +151,7 @@ pub fn make(
     stop: &AtomicBool,
     progress: &mut dyn FnMut(u64, bool),
 ) -> Result<DatasetSummary, DatasetError> {
-    let DatasetOrder { spec, scenes, target, root, shard, begin, allows_outside } = *order;
+    let DatasetOrder { spec, scenes, target, root, shard, begin, allows_outside, warn } = *order;
     let began = Instant::now();
     let files = scenes.check_ends(spec)?;
     let scene = scenes.of_orbit(spec, 0)?.scene;
@@ -161,6 +163,7 @@ pub fn make(
     };
     if let Some(first) = &first {
         first.check_symmetries()?;
+        first.warnings().iter().for_each(|warning| warn(warning));
     }
     let store = Store::open(root, &identity, begin, &mut shard.orbits(spec).map(|orbit| place(spec, orbit)))?;
     let at_once = first.as_ref().map_or(1, |first| orbits_at_once(first.nodes(), shard.orbits(spec).count()));

@@ -13,6 +13,8 @@ use super::spec::Spec;
 use super::split::split_of;
 use super::time_rule::NoTime;
 use super::view_check::{Reason, points, rejected};
+use crate::guard;
+use crate::guard::finding::{CheckEffort, Finding};
 use crate::labels::craft::Craft;
 use crate::labels::from_scene::{craft, labelled};
 use crate::labels::image::ImageIdentity;
@@ -81,6 +83,12 @@ impl<'a> OrbitRun<'a> {
         check_names(&craft.key_points).map_err(|error| wrong(error.to_string()))?;
         craft.symmetries = symmetries(&craft, &spec.labels.symmetries).map_err(|error| wrong(error.to_string()))?;
         Ok(Self { spec, scenes, number, values, simulation, craft })
+    }
+
+    /// What is probably wrong in the scene. The SPEC states the camera.
+    pub(crate) fn warnings(&self) -> Vec<String> {
+        let findings = guard::check(self.simulation.prepared(), CheckEffort::NO_IMAGE).findings;
+        findings.iter().map(Finding::to_string).collect()
     }
 
     /// Refuses symmetries that the mesh does not have. The mesh is the same in all orbits, so the check of one orbit is enough.

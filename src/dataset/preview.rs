@@ -48,6 +48,8 @@ pub struct Preview {
     /// Number of the samples on it.
     pub samples: usize,
     pub(crate) rejections: Rejections,
+    /// What is probably wrong in the first scene.
+    pub(crate) warnings: Vec<String>,
 }
 
 /// Draws the sheet of a SPEC. `progress` is called for each sample.
@@ -63,7 +65,7 @@ pub fn preview(
 ) -> Result<Preview, DatasetError> {
     scenes.check_ends(spec)?;
     let orbits = spec.orbits().min(ORBITS);
-    let mut rejections = Rejections::new();
+    let (mut rejections, mut warnings) = (Rejections::new(), Vec::new());
     let mut samples: Vec<(LabelledImage, Vec<Overlay>)> = Vec::new();
     for place in 0..orbits {
         // Orbits and images lie evenly over the data set.
@@ -75,6 +77,7 @@ pub fn preview(
         let mut run = OrbitRun::new(spec, scenes, target, orbit)?;
         if place == 0 {
             run.check_symmetries()?;
+            warnings = run.warnings();
         }
         let outcome = run.run(&|image| chosen.contains(&image), stop, &mut |craft, _, _, labelled| {
             let overlays = overlays(craft, &labelled);
@@ -89,7 +92,7 @@ pub fn preview(
             *rejections.entry(reason).or_default() += count;
         }
     }
-    Ok(Preview { canvas: sheet(spec, &samples), samples: samples.len(), rejections })
+    Ok(Preview { canvas: sheet(spec, &samples), samples: samples.len(), rejections, warnings })
 }
 
 /// Something that is drawn on a tile, in pixels of the image.

@@ -16,6 +16,8 @@ use super::scene_model::SceneCase;
 use super::words::open;
 use crate::converge::RunNews;
 use crate::files::{self, Reach};
+use crate::guard;
+use crate::guard::finding::CheckEffort;
 use crate::output::folder::Folder;
 use crate::output::inputs::real;
 use crate::scene::{FitInput, Scene};
@@ -109,7 +111,8 @@ impl<'a> FitCase<'a> {
     pub(crate) fn notes(&self) -> Vec<String> {
         let CaseModel::Scene(case) = &self.model else { return Vec::new() };
         let prepared = case.prepared();
-        let warnings = prepared.warnings.iter().map(|warning| format!("warning: {warning}"));
+        let warnings = guard::warnings(prepared, CheckEffort::NO_IMAGE);
+        let warnings = warnings.iter().map(|warning| format!("warning: {warning}"));
         warnings.chain(prepared.scene.assumptions.iter().map(|assumption| format!("assumed: {assumption}"))).collect()
     }
 

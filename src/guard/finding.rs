@@ -17,6 +17,8 @@ pub struct CheckEffort {
 
 impl CheckEffort {
     pub(crate) const BRIEF: Self = Self { images: 32, inside: 2, at: None };
+    /// For a caller that has no images of the scene's own camera.
+    pub(crate) const NO_IMAGE: Self = Self { images: 0, inside: 0, at: None };
     /// For `isotherm check`.
     pub const WHOLE: Self = Self { images: 10_000, inside: 64, at: None };
 }

@@ -61,20 +61,23 @@ pub(super) fn check(prepared: &Prepared, facts: &[MaterialFacts], [low, high]: [
             "state warm_up = \"periodic\" or warm_up_orbits, or leave it out",
         ));
     }
-    let off = scene.probes.iter().filter(|probe| is_beside(probe.position, [low, high]));
-    let off: Vec<&str> = off.map(|probe| probe.name.as_str()).collect();
-    if !off.is_empty() && low.is_finite() {
-        findings.push(finding(
-            "probe",
-            &named("probe", &off),
-            "lies off the craft, and shows its nearest node".to_owned(),
-            "a position is in metres, in the body frame and the file's pose",
-        ));
-    }
+    let probes = scene.probes.iter().map(|probe| (probe.name.as_str(), probe.position));
+    findings.extend(find_off(probes, [low, high]));
     findings
 }
 
-/// Finds a sensor whose range no surface of the craft reaches.
+/// Finds probes that lie off the box around the craft.
+pub(super) fn find_off<'a>(probes: impl Iterator<Item = (&'a str, DVec3)>, [low, high]: [DVec3; 2]) -> Option<Finding> {
+    let off: Vec<&str> = probes.filter(|probe| is_beside(probe.1, [low, high])).map(|(name, _)| name).collect();
+    (!off.is_empty() && low.is_finite()).then(|| Finding {
+        check: "probe",
+        about: named("probe", &off),
+        message: "lies off the craft, and shows its nearest node".to_owned(),
+        remedy: "a position is in metres, in the body frame and the file's pose".to_owned(),
+    })
+}
+
+/// Finds a sensor whose range begins above the balance temperature of every material, or ends in the cold.
 fn out_of_range(prepared: &Prepared, facts: &[MaterialFacts]) -> Option<Finding> {
     let [low, high] = prepared.scene.sensor.as_ref()?.range;
     let used = facts.iter().filter(|fact| fact.area_m2 > 0.0 && prepared.given.is_none());

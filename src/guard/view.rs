@@ -78,7 +78,7 @@ pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], effort: CheckEffo
     let Some(camera) = &prepared.scene.camera else { return none };
     let time = &prepared.scene.time;
     let images = if effort.at.is_some() { 1 } else { images(time) };
-    if images == 0 || shapes.is_empty() {
+    if images == 0 || effort.images == 0 || shapes.is_empty() {
         return none;
     }
     let chosen = spread(images, effort.images);

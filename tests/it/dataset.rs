@@ -72,6 +72,7 @@ impl Workshop {
             shard: Shard { index, shards: of },
             begin,
             allows_outside: false,
+            warn: &|_| (),
         };
         make(&order, &AtomicBool::new(false), &mut |_, _| ())
     }
