@@ -8,11 +8,11 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use crate::error::{raised, wrong_arguments};
-use crate::numbers::matrix;
+use crate::numbers::{count, matrix};
 
 /// Size, lens and samples of a camera. It has no pose.
-#[pyclass(frozen, from_py_object, module = "isotherm")]
-#[derive(Clone)]
+#[pyclass(frozen, eq, from_py_object, module = "isotherm")]
+#[derive(Clone, PartialEq)]
 pub struct Camera(pub package::Camera);
 
 impl Camera {
@@ -69,12 +69,12 @@ fn distortion(model: &str, numbers: &[f64]) -> PyResult<Distortion> {
 #[pymethods]
 impl Camera {
     #[new]
-    #[pyo3(signature = (width, height, *, fx, fy=None, cx=None, cy=None, skew=0.0, distortion=Vec::new(), distortion_model=BROWN_CONRADY, samples=4, near=0.1, line_time=0.0, exposure_time=0.0, sub_frames=None))]
+    #[pyo3(signature = (width, height, *, fx, fy=None, cx=None, cy=None, skew=0.0, distortion=Vec::new(), distortion_model=BROWN_CONRADY, samples=None, near=0.1, line_time=0.0, exposure_time=0.0, sub_frames=None))]
     #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
     fn new(
         py: Python<'_>,
-        width: u32,
-        height: u32,
+        width: &Bound<'_, PyAny>,
+        height: &Bound<'_, PyAny>,
         fx: f64,
         fy: Option<f64>,
         cx: Option<f64>,
@@ -82,12 +82,15 @@ impl Camera {
         skew: f64,
         distortion: Vec<f64>,
         distortion_model: &str,
-        samples: u32,
+        samples: Option<&Bound<'_, PyAny>>,
         near: f64,
         line_time: f64,
         exposure_time: f64,
-        sub_frames: Option<u32>,
+        sub_frames: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        let [width, height] = [count(width, "width")?, count(height, "height")?];
+        let samples = samples.map_or(Ok(4), |samples| count(samples, "samples"))?;
+        let sub_frames = sub_frames.map(|sub_frames| count(sub_frames, "sub_frames")).transpose()?;
         let centre = [cx.unwrap_or(f64::from(width) / 2.0), cy.unwrap_or(f64::from(height) / 2.0)];
         let distortion = self::distortion(distortion_model, &distortion)?;
         let exposure = match sub_frames {

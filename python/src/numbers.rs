@@ -2,8 +2,10 @@
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
+
+use crate::error::refused;
 
 /// `N` numbers of a sequence or an array.
 pub fn numbers<const N: usize>(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; N]> {
@@ -11,7 +13,15 @@ pub fn numbers<const N: usize>(value: &Bound<'_, PyAny>, name: &str) -> PyResult
     let items = value.try_iter().map_err(|_| wrong())?;
     let items = items.map(|item| item?.extract::<f64>()).collect::<PyResult<Vec<f64>>>().map_err(|_| wrong())?;
     let count = items.len();
-    items.try_into().map_err(|_| PyValueError::new_err(format!("{name} must have {N} numbers, not {count}")))
+    items.try_into().map_err(|_| refused(value.py(), format!("{name} must have {N} numbers, not {count}")))
+}
+
+/// A whole number that is not negative.
+pub fn count(value: &Bound<'_, PyAny>, name: &str) -> PyResult<u32> {
+    value.extract().map_err(|error: PyErr| match error.is_instance_of::<PyOverflowError>(value.py()) {
+        true => refused(value.py(), format!("{name} must be from 0 to {}", u32::MAX)),
+        false => error,
+    })
 }
 
 /// A vector.

@@ -59,7 +59,7 @@ def test_a_file_outside_needs_leave(scenes: Scenes) -> None:
         ({"position": (1, 2, 3)}, TypeError, "quaternion= or|look_at="),
         ({"position": (1, 2, 3), "quaternion": (1, 0, 0, 0), "look_at": (0, 0, 0)}, TypeError, "look_at="),
         ({"look_at": (0, 0, 0)}, TypeError, "position="),
-        ({"position": (1, 2), "look_at": (0, 0, 0)}, ValueError, "position must have 3 numbers, not 2"),
+        ({"position": (1, 2), "look_at": (0, 0, 0)}, isotherm.RequestError, "position must have 3 numbers, not 2"),
         ({"position": "abc", "look_at": (0, 0, 0)}, TypeError, "position must have 3 numbers"),
         ({"position": (1, 2, 3), "quaternion": (2, 0, 0, 0)}, isotherm.RequestError, "length 1"),
         ({"position": (float("nan"), 2, 3), "quaternion": (1, 0, 0, 0)}, isotherm.RequestError, "finite"),
@@ -88,6 +88,10 @@ def test_calls_that_can_not_be_answered(scene: Path) -> None:
         simulation.restore(simulation.save()[:-7])
     with pytest.raises(isotherm.RequestError, match="width must be"):
         isotherm.Camera(0, 10, fx=10)
+    with pytest.raises(isotherm.RequestError, match="width must be"):
+        isotherm.Camera(-1, 5, fx=10)
+    with pytest.raises(isotherm.RequestError, match="length 1"):
+        simulation.place(200, position=(7e6, 0, 0), sun=(1.5e11, 0, 0), quaternion=(2, 0, 0, 0))
     with pytest.raises(TypeError, match="distortion"):
         isotherm.Camera(10, 10, fx=10, distortion=[1.0])
     with pytest.raises(TypeError):

@@ -36,6 +36,7 @@ def test_cameras_and_frames_are_pickled(scene: Path) -> None:
     again = pickle.loads(pickle.dumps(camera))
     names = ("width", "height", "fx", "fy", "cx", "cy", "skew", "distortion", "model", "samples", "near", "line_time")
     names += ("exposure_time", "sub_frames")
+    assert again == camera and again != camera.replace(fx=61)
     assert [getattr(again, name) for name in names] == [getattr(camera, name) for name in names]
     assert (
         pickle.loads(pickle.dumps(camera.replace(distortion=[0.1, 0, 0, 0], distortion_model="fisheye"))).model

@@ -5,6 +5,9 @@ use glam::{DQuat, DVec3};
 use super::scene_time::{SceneTime, TimeError};
 use super::state::SLACK;
 
+/// Largest error of the length of an attitude's quaternion, as in a scene.
+const QUATERNION_TOLERANCE: f64 = 1e-3;
+
 /// Where a craft and the Sun are at a time. All vectors are in one inertial frame, from the planet's centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PlacementSample {
@@ -40,6 +43,12 @@ pub enum PlaceError {
     Unusable {
         /// Name of the value.
         what: &'static str,
+    },
+    /// A quaternion of another length than 1.
+    #[error("the quaternion of the attitude must have length 1, not {length}")]
+    Length {
+        /// Its length.
+        length: f64,
     },
     /// A number that is no time.
     #[error(transparent)]
@@ -191,6 +200,10 @@ fn check(place: &PlacementSample, planet_radius: f64) -> Result<(), PlaceError> 
     let attitude = place.inertial_from_body;
     if !(attitude.is_finite() && attitude.length() > 0.0) {
         return unusable("the attitude of the craft");
+    }
+    let length = attitude.length();
+    if (length - 1.0).abs() > QUATERNION_TOLERANCE {
+        return Err(PlaceError::Length { length });
     }
     let distance = place.position.length();
     if distance <= planet_radius {

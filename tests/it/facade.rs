@@ -225,6 +225,17 @@ fn joints_are_set_from_outside() {
 }
 
 #[test]
+fn a_joint_without_limits_has_those_of_a_scene() {
+    let wing = "[[joint]]\npart = \"wing_port\"\nmode = \"fixed\"\naxis = \"+Y\"\nangle_deg = 0\n";
+    let mut craft = simulation(&Folder::new(&format!("{SCENE}\n{wing}")), &Target::Reference);
+    craft.set_joint("wing_port", 100.0).expect("some turns");
+    for position in [1e300, f64::NAN] {
+        let beyond = craft.set_joint("wing_port", position).unwrap_err().to_string();
+        assert!(beyond.contains("its positions go from -17453292.5") && beyond.ends_with("rad"), "{beyond}");
+    }
+}
+
+#[test]
 fn a_stop_between_steps_loses_nothing() {
     let folder = Folder::new(SCENE);
     for target in targets() {

@@ -13,10 +13,14 @@ use std::f64::consts::{PI, TAU};
 use glam::{DAffine3, DVec3};
 
 use super::track::JointTrack;
-use super::{Drive, Guided, Joint, JointDrive, JointError};
+use super::{Drive, Guided, Joint, JointDrive, JointError, JointKind};
 
 /// Largest difference between positions at the starts of two periods that counts as rounding [rad or m].
 const SAME: f64 = 1e-12;
+
+/// Greatest angle [deg] and shift [m] of a joint without limits, as in a scene.
+const WIDEST_DEG: f64 = 1e9;
+const WIDEST_M: f64 = 1e13;
 
 /// Periods in which a repetition is looked for. A joint that is too slow to follow its target may never repeat.
 const MOST_PERIODS: usize = 64;
@@ -146,7 +150,8 @@ impl Joints {
         let JointDrive::Guided(guided) = &mut joint.motion else {
             return Err(JointError::Played { name: name.to_owned() });
         };
-        let [low, high] = guided.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+        let widest = if guided.kind == JointKind::Rotation { WIDEST_DEG.to_radians() } else { WIDEST_M };
+        let [low, high] = guided.limits.unwrap_or([-widest, widest]);
         if !(position.is_finite() && (low..=high).contains(&position)) {
             return Err(JointError::Limits { name: name.to_owned(), position, low, high, unit });
         }

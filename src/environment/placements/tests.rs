@@ -71,5 +71,9 @@ fn a_place_that_can_not_be_is_refused() {
     );
     let zero = DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0);
     assert!(refused(PlacementSample { inertial_from_body: zero, ..place(600.0) }).contains("the attitude"));
+    let long = DQuat::from_xyzw(0.0, 0.0, 0.0, 2.0);
+    assert!(
+        refused(PlacementSample { inertial_from_body: long, ..place(600.0) }).contains("must have length 1, not 2")
+    );
     assert!(refused(PlacementSample { time: f64::NAN, ..place(600.0) }).contains("is no time"));
 }

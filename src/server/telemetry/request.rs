@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DQuat, DVec3, DVec4};
+use glam::{DQuat, DVec3};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
@@ -102,16 +102,12 @@ impl StepRequest {
             }
             (None, None) => None,
         };
-        let turned = |[w, x, y, z]: [f64; 4]| {
-            let unit = DVec4::new(x, y, z, w).try_normalize();
-            unit.map(DQuat::from_vec4).ok_or_else(|| Refusal::because("'quaternion' is no rotation"))
-        };
         Ok(Some(Placement {
             time: self.time,
             position: position.map(DVec3::from),
             velocity: velocity.map(DVec3::from),
             sun,
-            inertial_from_body: quaternion.map(turned).transpose()?,
+            inertial_from_body: quaternion.map(|[w, x, y, z]| DQuat::from_xyzw(x, y, z, w)),
         }))
     }
 }

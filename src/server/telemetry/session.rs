@@ -5,6 +5,7 @@ use serde_json::{Map, Value, json};
 use wildmatch::WildMatch;
 
 use super::request::{OpenRequest, StepRequest, TelemetryRequest, next_line, read_request};
+use crate::guard;
 use crate::server::connection::Connection;
 use crate::server::craft::ServedCraft;
 use crate::server::error::{ConnectionEnd, Refusal};
@@ -101,12 +102,16 @@ impl TelemetrySession<'_> {
         let simulation = craft.simulation();
         let parts = chosen_parts(&simulation.prepared().parts, &open.parts)?;
         let probes = probes(simulation, open)?;
+        let places = open.probes.iter().map(|probe| (probe.name.as_str(), DVec3::from(probe.position)));
+        let off = guard::probes_off(simulation.prepared(), places);
+        let warnings: Vec<String> = off.iter().map(ToString::to_string).collect();
         let names: Vec<&String> = parts.iter().map(|part| &simulation.prepared().parts[*part]).collect();
         let described = [
             ("isotherm", json!(env!("CARGO_PKG_VERSION"))),
             ("step", json!(simulation.prepared().scene.time.step)),
             ("parts", json!(names)),
             ("probes", json!(probes.iter().map(|(name, _)| name).collect::<Vec<_>>())),
+            ("warnings", json!(warnings)),
             ("joints", simulation.joints().into_iter().collect()),
             ("heaters", simulation.heaters().into_iter().collect()),
         ];

@@ -240,6 +240,8 @@ fn a_plate_cools_as_in_the_closed_form_and_its_heat_flows_close() {
             "probes": [{"name": "corner", "position": [2, -0.5, 0.5]}, {"name": "edge", "position": [9, 0, 0], "part": "plate"}]}));
         assert_eq!((&opened["id"], &opened["parts"]), (&json!(5), &json!(["plate"])));
         assert_eq!(opened["probes"], json!(["corner", "edge"]));
+        let off = opened["warnings"].to_string();
+        assert!(off.contains("probe 'edge': lies off the craft"), "{off}");
         client.ask(at(0.0, DVec3::X));
         for time in [10.0, 35.0, 100.0, 400.0] {
             let answer = client.ask(at(time, DVec3::X));
@@ -353,7 +355,8 @@ fn a_wrong_line_ends_nothing_and_a_refused_request_changes_nothing() {
         client.ask(at(0.0, DVec3::Z));
         for (step, reason) in [
             (r#"{"request": "step", "time": 10, "position": [1, 2, 3]}"#, "centre of a planet"),
-            (r#"{"request": "step", "time": 10, "quaternion": [0, 0, 0, 0]}"#, "no rotation"),
+            (r#"{"request": "step", "time": 10, "quaternion": [0, 0, 0, 0]}"#, "must be finite and not zero"),
+            (r#"{"request": "step", "time": 10, "quaternion": [2, 0, 0, 0]}"#, "must have length 1"),
             (r#"{"request": "step", "time": 10, "sun": [1, 2, 3], "sun_direction": [1, 0, 0]}"#, "both"),
             (r#"{"request": "step", "time": -10, "position": [9e6, 0, 0]}"#, ""),
             (r#"{"request": "step", "time": 10, "position": [9e6, 0, 0], "joints": {"arm": 1}}"#, "'arm'"),
