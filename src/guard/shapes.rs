@@ -10,8 +10,8 @@ use crate::simulation::density::LONGEST_CRAFT;
 use crate::simulation::prepare::Prepared;
 use crate::thermal::material::Sides;
 
-/// No closed body in orbit encloses more [m3]. All modules of the International Space Station enclose 1,005 m3.
-const LARGEST_BODY: f64 = 1000.0;
+/// No closed body in orbit encloses more [m3]. All modules of the International Space Station together enclose 1,005 m3.
+const LARGEST_BODY: f64 = 1500.0;
 /// No craft is longer along each of its axes [m]. The International Space Station is flat: 109 m by 73 m by less than 50 m.
 const LARGEST_BLOCK: f64 = 50.0;
 /// Triangles from which a model of one part is an asteroid or the like, and no simple craft in mm.

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use isotherm::internals::{CheckEffort, Finding, Prepared, check};
+use isotherm::{Simulation, Target};
 use serde_json::json;
 
 use super::craft::{Folder, SCENE, glb, scene_with};
@@ -48,6 +49,24 @@ fn a_model_in_millimetres_is_told_by_its_length() {
     assert!(large[0].message.contains("the craft is 1") && large[0].about.contains("made.glb"), "{large:?}");
     assert!(found(&[], scaled(1e-3)).iter().any(|one| one.check == "units"));
     assert!(found(&[], scaled(5.0)).iter().all(|one| one.check != "units"));
+    // A CubeSat in mm is no longer than a station, but its body is larger. A station is not told.
+    let vast: Vec<Finding> = found(&[], scaled(15.0)).into_iter().filter(|one| one.check == "units").collect();
+    assert!(vast.len() == 1 && vast[0].message.contains("encloses 27000 m3, more than a space station"), "{vast:?}");
+}
+
+/// Issue 33: millions of edges were split before a word of the unit was said, or the error said nothing of it.
+#[test]
+fn a_long_craft_with_short_edges_is_told_before_they_are_split() {
+    let folder = Folder::new(&scene_with(&[("max_edge = 0.7", "max_edge = 0.001")]));
+    let mut maker = glb();
+    maker.json["nodes"].as_array_mut().expect("a list").iter_mut().for_each(|node| {
+        node["scale"] = json!([10, 10, 10]);
+    });
+    maker.save(folder.0.path());
+    let ran = run(folder.0.path(), &["check", "scene.toml"]);
+    let (warning, error) =
+        (ran.err.find("m long, and its edges make"), ran.err.find("m long: use a longer edge. If the file is in mm"));
+    assert!(ran.code == 2 && warning.is_some() && warning < error, "{}", ran.err);
 }
 
 #[test]
@@ -133,11 +152,15 @@ fn settings_that_hardly_mean_what_they_say_are_told() {
     for (keys, about) in [
         ("netd = 50\nrange = [200, 400]", "sensor.netd"),
         ("netd = 0.05\nrange = [600, 900]", "sensor.range"),
+        ("netd = 0.05\nrange = [400, 600]", "sensor.range"),
         ("netd = 0.05\nrange = [30, 60]", "sensor.range"),
     ] {
         let findings = told(keys);
         assert!(findings.len() == 1 && findings[0].about == about, "{keys}: {findings:#?}");
     }
+    let range = &told("netd = 0.05\nrange = [400, 600]")[0];
+    // (1361 / sigma + 2.7^4)^(1/4)
+    assert!(range.message.contains("balance temperature of 393.6 K in full sunlight"), "{range:?}");
     let idle = only(&[("step = 60", "step = 60\nwarm_up_step = 30")], |_| ());
     assert!(idle.about == "time.warm_up_step" && idle.message.contains("no warm-up"), "{idle:?}");
     let probe = only(&[("position = [0, 5.5, 0]", "position = [0, 5500, 0]")], |_| ());
@@ -164,6 +187,48 @@ fn settings_that_hardly_mean_what_they_say_are_told() {
     );
     let closed = only(&[sheet], |_| ());
     assert!(closed.check == "sides" && closed.message.contains("counts twice"), "{closed:?}");
+}
+
+/// Issue 33: all pixels were 0 in all images, and nobody said it.
+#[test]
+fn a_run_tells_images_at_an_end_of_the_range() {
+    for (range, told) in [("[350, 600]", true), ("[200, 400]", false)] {
+        let sensor = format!("[sensor]\nnetd = 0.05\nrange = {range}\n[[probe]]");
+        let folder = Folder::new(&scene_with(&[
+            ("[[probe]]", &sensor),
+            ("absorptivity = 0.75", "absorptivity = 0.3"),
+            ("absorptivity = 0.85", "absorptivity = 0.2"),
+        ]));
+        let ran = run(folder.0.path(), &["run", "scene.toml", "-o", "out", "--device", "cpu"]);
+        let words = "in 4 of 4 images all pixels of the craft are at an end of the range";
+        assert!(ran.code == 0 && ran.err.contains(words) == told, "{range}: {}", ran.err);
+    }
+}
+
+/// Issue 33: the end of a run was not compared with the age of the elements.
+#[test]
+fn old_elements_are_told_at_the_end_of_a_run_too() {
+    let orbit = "altitude = 408e3\nperiod = 5553.6\nbeta_deg = 20\nphase_deg = 80";
+    let ran = |steps: &str| {
+        let steps = format!("steps = {steps}\nstart = \"2023-11-01T00:00:00Z\"");
+        let changes = [
+            (orbit, "file = \"x.tle\""),
+            ("step = 60", "step = 3600"),
+            ("steps = 12", &steps),
+            ("eclipse = true\n", ""),
+        ];
+        let folder = Folder::new(&scene_with(&changes));
+        folder.write(
+            "x.tle",
+            "1 25544U 98067A   23302.71093069  .00024763  00000+0  44330-3 0  9993\n2 25544  51.6441  22.2092 0000603  68.5079  66.2522 15.49821000422656\n",
+        );
+        run(folder.0.path(), &["check", "scene.toml"])
+    };
+    assert!(!ran("100").out.contains("from the epoch"));
+    let late = ran("2000");
+    assert!(late.out.contains("time 7200000 s is 86 days from the epoch of the elements"), "{} {}", late.out, late.err);
+    let sunk = ran("20000").err;
+    assert!(sunk.contains("of 6371 km: the elements are ") && sunk.contains("take elements of that time"), "{sunk}");
 }
 
 /// Issue 33, point 1: parts that touch were isolated without a word.
@@ -271,6 +336,39 @@ fn warnings_end_well_unless_strict_and_a_run_tells_them_too() {
     assert_eq!(report.matches("the craft is not in view").count(), 1);
     let still = run(at, &["render", "scene.toml", "--time", "0", "-o", "still.exr", "--device", "cpu"]);
     assert!(still.code == 0 && still.err.contains("not in view in the image, first at 0 s"), "{}", still.err);
+}
+
+/// Issue 33: only run, render, view and check told what is probably wrong.
+#[test]
+fn every_program_that_prepares_a_scene_tells_its_mistakes_once() {
+    let scene = scene_with(&[("[[probe]]", "[sensor]\nnetd = 50\nrange = [200, 400]\n[[probe]]")]);
+    let folder = Folder::new(&scene);
+    let spec = "scene = \"scene.toml\"\nsamples = 1\nposes_per_orbit = 1\nimages = [\"numbers\"]\n[camera]\nkind = \"shell\"\ndistance = 30\n";
+    folder.write("spec.toml", spec);
+    for arguments in [
+        &["dataset", "spec.toml", "-o", "set", "--device", "cpu"][..],
+        &["dataset", "preview", "spec.toml", "-o", "sheet.png", "--device", "cpu"],
+        &["info", "scene.toml"],
+        &["serve", "scene.toml", "--protocol", "telemetry", "--listen", "127.0.0.1:0", "--device", "none"],
+    ] {
+        let ran = run(folder.0.path(), arguments);
+        assert_eq!(ran.err.matches("a noise of 50 K hides a craft").count(), 1, "{arguments:?}: {}", ran.err);
+        assert_eq!(ran.code == 0, !arguments.contains(&"none"), "{arguments:?}: {}", ran.err);
+    }
+    let simulation = Simulation::load(&folder.path("scene.toml"), &Target::Reference).expect("a scene");
+    assert_eq!(simulation.warnings().iter().filter(|warning| warning.contains("hides a craft")).count(), 1);
+}
+
+/// Issue 33: a rule that matches nothing was a remark, also with `--strict`.
+#[test]
+fn a_rule_that_matches_nothing_is_a_warning() {
+    let rule =
+        "[[material]]\nmatch = \"FOIL\"\nabsorptivity = 0.5\nemissivity = 0.5\nresponse = \"instant\"\n[[probe]]";
+    let idle = only(&[("[[probe]]", rule)], |_| ());
+    assert!(idle.check == "names" && idle.message.contains("'FOIL' of rule 4 matches no material"), "{idle:?}");
+    let folder = Folder::new(&scene_with(&[("[[probe]]", rule)]));
+    let strict = run(folder.0.path(), &["check", "scene.toml", "--strict"]);
+    assert!(strict.code == 2 && strict.out.matches("'FOIL'").count() == 1, "{} {}", strict.out, strict.err);
 }
 
 #[test]
