@@ -139,7 +139,7 @@ pub struct DatasetOrder<'a> {
     /// Whether the scene may name files outside its folder.
     pub allows_outside: bool,
     /// Hears what is probably wrong in the first scene, before it runs.
-    pub warn: &'a dyn Fn(&str),
+    pub warn: &'a (dyn Fn(&str) + Sync),
 }
 
 /// Makes the orbits of a shard. `progress` is called with a number of images, and whether they were kept from before.
