@@ -56,7 +56,7 @@ pub fn check(prepared: &Prepared, effort: CheckEffort) -> Checked {
     let shapes = shapes::of(prepared);
     let [low, high] = box_around(&shapes);
     let (sight, mut findings) = view::check(prepared, &shapes, effort);
-    findings.extend(prepared.idle_patterns.iter().map(|(section, message)| Finding {
+    findings.extend(prepared.model.idle_patterns.iter().map(|(section, message)| Finding {
         check: "names",
         about: (*section).to_owned(),
         message: message.clone(),

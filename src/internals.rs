@@ -12,9 +12,10 @@ pub use crate::bench::{
     truth::{CaseSummary, Truth},
 };
 pub use crate::dataset::{
-    make::{DatasetOrder, DatasetSummary, Shard, make},
+    make::make,
     orbit::{OrbitRun, Rejections},
     orbit_folder::sum_of,
+    order::{DatasetOrder, DatasetSummary, Shard},
     preview::preview,
     scene_values::SceneText,
     spec::Spec,

@@ -3,7 +3,8 @@
 
 #[cfg(feature = "datasets")]
 pub use crate::dataset::{
-    make::{DatasetOrder, DatasetSummary, Shard, make},
+    make::make,
+    order::{DatasetOrder, DatasetSummary, Shard},
     scene_values::SceneText,
     spec::Spec,
     store::Begin,

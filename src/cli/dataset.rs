@@ -8,7 +8,6 @@ use super::error::CliError;
 use super::progress::{progress_bar, stop_flag};
 use super::reach::ReachArguments;
 use crate::dataset::error::DatasetError;
-use crate::dataset::make::{DatasetOrder, DatasetSummary, Shard, make};
 use crate::dataset::orbit_folder::CHECKSUMS;
 use crate::dataset::preview::{SAMPLES, preview};
 use crate::dataset::scene_values::SceneText;
@@ -16,6 +15,10 @@ use crate::dataset::spec::Spec;
 use crate::dataset::split::empty_splits;
 use crate::dataset::store::{Begin, identity};
 use crate::dataset::verify::{Verified, again, checksums, copy_of_spec, labels, picked};
+use crate::dataset::{
+    make::make,
+    order::{DatasetOrder, DatasetSummary, Shard},
+};
 use crate::output::console::{self, answer, say};
 use crate::output::destination::{Destination, destinations};
 use crate::output::inputs::keep_inputs;

@@ -1,7 +1,7 @@
 //! Makes a shard of a data set, and the files of the whole set where all orbits are there.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -9,88 +9,21 @@ use std::time::Instant;
 use serde_json::{Map, Value as Json, json};
 
 use super::error::DatasetError;
-use super::orbit::{OrbitRun, Rejections};
+use super::orbit::OrbitRun;
 use super::orbit_folder::sum_of;
 use super::orbits_at_once::{Orbits, orbits_at_once};
-use super::scene_values::SceneText;
+use super::order::{DatasetOrder, DatasetSummary, Shard, place};
 use super::spec::Spec;
-use super::split::split_of;
-use super::store::{Begin, REPORT, Store};
-use super::sums::fault_of_orbit;
+use super::store::{REPORT, Store};
 use super::whole::{SCENE, finish, is_complete};
 use crate::files;
 use crate::host;
-use crate::labels::image::Split;
 use crate::labels::made::fixed;
 use crate::labels::silhouette::Solids;
 use crate::output::OutputError;
 use crate::scene::Scene;
 use crate::scene::scene_hash;
 use crate::simulation::target::Target;
-
-/// One of several parts of a data set: the orbits j with j mod `of` = `index`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shard {
-    /// Number of the shard, from 0.
-    pub index: u64,
-    /// Number of the shards.
-    pub shards: u64,
-}
-
-impl Shard {
-    /// The orbits of the shard.
-    pub(crate) fn orbits(self, spec: &Spec) -> impl Iterator<Item = u64> + use<> {
-        (self.index..spec.orbits()).step_by(self.shards as usize)
-    }
-}
-
-/// The work that was done.
-#[derive(Debug, Clone, Default)]
-pub struct DatasetSummary {
-    /// Images that were drawn.
-    pub images: u64,
-    /// Orbits that were run.
-    pub orbits: u64,
-    /// Orbits that were there before.
-    pub kept: u64,
-    /// Bytes that were written.
-    pub bytes: u64,
-    /// Rejected attempts.
-    pub rejections: Rejections,
-    /// Time of the work [s].
-    pub seconds: f64,
-    /// Time in which images were labelled, encoded and written, without steps and drawing [s]: the sum over orbits that are made at once.
-    pub(crate) seconds_of_files: f64,
-    /// Whether the whole set is there.
-    pub complete: bool,
-}
-
-impl DatasetSummary {
-    pub(crate) fn images_an_hour(&self) -> f64 {
-        if self.seconds > 0.0 { self.images as f64 / self.seconds * 3600.0 } else { 0.0 }
-    }
-
-    /// Adds the work of another thread. The time of the whole and its end are not of a thread.
-    pub(super) fn add(&mut self, other: Self) {
-        self.images += other.images;
-        self.orbits += other.orbits;
-        self.kept += other.kept;
-        self.bytes += other.bytes;
-        self.seconds_of_files += other.seconds_of_files;
-        self.count(other.rejections);
-    }
-
-    /// Adds rejected attempts.
-    pub(super) fn count(&mut self, rejections: Rejections) {
-        for (reason, rejected) in rejections {
-            *self.rejections.entry(reason).or_default() += rejected;
-        }
-    }
-
-    pub(crate) fn bytes_an_image(&self) -> f64 {
-        self.bytes as f64 / self.images.max(1) as f64
-    }
-}
 
 /// The identity of a data set: versions, device, and checksums of the SPEC and of all files. `scene` is the scene of the first orbit, and `files` are
 /// the files that any orbit may take.
@@ -120,26 +53,6 @@ fn identity(
         "scene_sha256": scene_hash(&slices),
         "allow_outside": allows_outside,
     }))
-}
-
-/// How a data set is made.
-pub struct DatasetOrder<'a> {
-    /// The SPEC.
-    pub spec: &'a Spec,
-    /// Its scene.
-    pub scenes: &'a SceneText,
-    /// Where to compute.
-    pub target: &'a Target,
-    /// The folder.
-    pub root: &'a Path,
-    /// The orbits to make.
-    pub shard: Shard,
-    /// Treatment of orbits that the folder holds already.
-    pub begin: Begin,
-    /// Whether the scene may name files outside its folder.
-    pub allows_outside: bool,
-    /// Hears what is probably wrong in the first scene, before it runs.
-    pub warn: &'a (dyn Fn(&str) + Sync),
 }
 
 /// Makes the orbits of a shard. `progress` is called with a number of images, and whether they were kept from before.
@@ -183,22 +96,6 @@ pub fn make(
     made.seconds = began.elapsed().as_secs_f64();
     report(&store, shard, (target, at_once), &made)?;
     Ok(made)
-}
-
-/// The folder of an orbit.
-pub(super) fn place(spec: &Spec, orbit: u64) -> (Split, u32) {
-    (split_of(spec, orbit), orbit as u32)
-}
-
-/// Checks an orbit that was there before.
-pub(super) fn check_kept(store: &Store, place: &str) -> Result<(), DatasetError> {
-    match fault_of_orbit(store.guarded(), place) {
-        None => Ok(()),
-        Some(fault) => {
-            let first = format!("{fault}; remove {place}, and --resume makes this orbit again");
-            Err(DatasetError::Damaged { folder: store.root().to_path_buf(), count: 1, first })
-        }
-    }
 }
 
 /// Writes the report of a process, which holds times and is under no checksum.

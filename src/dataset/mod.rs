@@ -16,6 +16,7 @@ pub(crate) mod orbit;
 pub(crate) mod orbit_files;
 pub(crate) mod orbit_folder;
 mod orbits_at_once;
+pub(crate) mod order;
 pub(crate) mod preview;
 pub(crate) mod random;
 mod reader;

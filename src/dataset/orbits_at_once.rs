@@ -10,10 +10,11 @@ use std::thread::{available_parallelism, scope};
 use std::time::Instant;
 
 use super::error::DatasetError;
-use super::make::{DatasetOrder, DatasetSummary, check_kept, place};
 use super::orbit::OrbitRun;
 use super::orbit_files::{Encoded, encode_image, write};
+use super::order::{DatasetOrder, DatasetSummary, place};
 use super::store::Store;
+use super::sums::fault_of_orbit;
 use crate::labels::places;
 use crate::labels::silhouette::Solids;
 
@@ -155,5 +156,16 @@ impl<I: Iterator<Item = u64> + Send> Orbits<'_, '_, I> {
             return Err(DatasetError::Stopped(root.to_path_buf()));
         }
         Ok(())
+    }
+}
+
+/// Checks an orbit that was there before.
+fn check_kept(store: &Store, place: &str) -> Result<(), DatasetError> {
+    match fault_of_orbit(store.guarded(), place) {
+        None => Ok(()),
+        Some(fault) => {
+            let first = format!("{fault}; remove {place}, and --resume makes this orbit again");
+            Err(DatasetError::Damaged { folder: store.root().to_path_buf(), count: 1, first })
+        }
     }
 }

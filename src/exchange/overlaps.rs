@@ -29,12 +29,10 @@ pub(super) fn lie_in_others(
     let lies = |triangle: usize| {
         let [corner, one, other] = occluders.triangles[triangle];
         let centre = corner + (one + other) / 3.0;
-        [normal(triangle), -normal(triangle)].into_iter().any(|away: DVec3| {
-            away != DVec3::ZERO
-                && occluders.first_within(centre + occluders.start * away, -away, occluders.start).is_some_and(|hit| {
-                    hit.triangle != triangle && seen_alike(triangle, hit.triangle) && !same(triangle, hit.triangle)
-                })
-        })
+        let away = normal(triangle);
+        let counts = |other: usize| other != triangle && seen_alike(triangle, other) && !same(triangle, other);
+        let ray = [centre + occluders.start * away, -away];
+        away != DVec3::ZERO && occluders.first_among(ray, 2.0 * occluders.start, counts).is_some()
     };
     (0..surface.triangles.len()).into_par_iter().map(lies).collect()
 }

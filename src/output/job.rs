@@ -115,7 +115,6 @@ pub(crate) fn run_into(
         budgets: start.tables.mean_budgets()?,
         sigma: job.sigma.map(RunSigma::report),
         between: stepped.between,
-        at_end: written.iter().filter(|frame| frame.at_end).count(),
         pixel_error: stepped.pixel_error,
         state: stepped.state,
         periodic: start.periodic,

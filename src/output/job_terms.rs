@@ -65,8 +65,6 @@ pub(crate) struct RunOutcome {
     pub(crate) budgets: Vec<PartBudget>,
     /// Uncertainty of the run, where the scene asks for it.
     pub(crate) sigma: Option<SigmaReport>,
-    /// Images in which all pixels of the craft are at an end of the range of a sensor.
-    pub(crate) at_end: usize,
     /// Stated error of the pixels, where the scene asks for it.
     pub(crate) pixel_error: Option<PixelError>,
     /// The thermal state that was asked for, where its step was reached.
@@ -83,7 +81,7 @@ pub(crate) struct RunOutcome {
 impl RunOutcome {
     /// Warns of images that show nothing of the craft but an end of the range.
     pub(crate) fn range_warning(&self) -> Option<String> {
-        let (at_end, images) = (self.at_end, self.frames.len());
+        let (at_end, images) = (self.frames.iter().filter(|frame| frame.at_end_of_range).count(), self.frames.len());
         (at_end > 0).then(|| {
             format!("sensor.range: in {at_end} of {images} images all pixels of the craft are at an end of the range")
         })

@@ -192,6 +192,8 @@ pub(crate) struct FrameEntry {
     pub(crate) camera_m: [f64; 3],
     /// Angle between the camera's axis and the direction to the planet's centre [deg].
     pub(crate) planet_off_axis_deg: Option<f64>,
+    /// Whether all pixels of the craft are at an end of the range of a sensor.
+    pub(crate) at_end_of_range: bool,
 }
 
 impl FrameEntry {

@@ -126,6 +126,7 @@ pub(super) fn draw_pictures(
                 picture: Some(file),
                 camera_m,
                 planet_off_axis_deg: nadir.map(|nadir| nadir.angle_between(DVec3::Z).to_degrees()),
+                at_end_of_range: one.at_end,
             };
             Ok((entry, tile))
         })

@@ -21,6 +21,7 @@ use crate::gpu::effects::thermal::variant::StepRange;
 use crate::gpu::effects::thermal::variant::{Curve, LightBy, StepKind, ThermalVariant};
 use crate::gpu::shapes;
 use crate::model::MergeSummary;
+use crate::model::Model;
 use crate::model::nodes::{GROUP, Nodes, PADDING, RangeResponse};
 use crate::scene::work::too_late;
 use crate::scene::{Background, Draw, Reflections, Scene};
@@ -49,8 +50,20 @@ pub struct ModelSummary {
     pub area: f64,
     /// Triangles of the file.
     pub(crate) triangles: usize,
+    /// Section and sentence of each pattern of the scene that has no effect.
+    pub(crate) idle_patterns: Vec<(&'static str, String)>,
     /// Result of merging short edges, where the scene asks for it.
     pub(crate) merged: Option<MergeSummary>,
+}
+
+impl ModelSummary {
+    /// The summary before edges are split. The area is not known yet.
+    fn of(scene: &Scene, model: &Model) -> Self {
+        let materials = scene.materials.idle_patterns(model).into_iter().map(|told| ("[[material]]", told));
+        let parts = scene.density.idle_patterns(model).into_iter().map(|told| ("[[part]]", told));
+        let idle_patterns = materials.chain(parts).collect();
+        Self { area: 0.0, triangles: model.triangles.len(), idle_patterns, merged: None }
+    }
 }
 
 /// A scene ready to run.
@@ -83,8 +96,6 @@ pub struct Prepared {
     pub(crate) given: Option<Arc<GivenTemperatures>>,
     /// Patches that radiate to each other, where the scene has `[exchange]`.
     pub exchange: Option<Arc<ExchangeCraft>>,
-    /// Section and sentence of each pattern that has no effect.
-    pub(crate) idle_patterns: Vec<(&'static str, String)>,
     /// Remarks for the user.
     pub warnings: Vec<String>,
 }
@@ -142,15 +153,12 @@ impl Prepared {
         let mut model = steps::read_model(&mut scene)?;
         let mut materials = prepare_names::materials(&mut scene, &model)?;
         change(&mut materials);
-        if scene.temperatures.is_some() {
-            materials.iter_mut().for_each(|material| material.response = Response::Given);
-        }
+        steps::give_temperatures(&scene, &mut materials);
         steps::check_functions(&scene, &materials)?;
         let looks = emissivity::check_bands(&mut scene, &model, &mut materials)?;
         steps::set_hottest(&scene, &mut materials)?;
         let hashes = steps::hashes(&scene.files)?;
-        let triangles_of_file = model.triangles.len();
-        let idle_patterns = steps::idle_patterns(&scene, &model);
+        let summary = ModelSummary::of(&scene, &model);
         let mut warnings = steps::model_warnings(&scene, &mut model);
         let Dense { mut model, merged, occluders } = steps::at_density(&mut scene, model, &materials, progress)?;
         warnings.extend(looks);
@@ -202,9 +210,8 @@ impl Prepared {
             materials,
             triangles,
             triangle_runs,
-            model: ModelSummary { area: areas.iter().sum(), triangles: triangles_of_file, merged },
+            model: ModelSummary { area: areas.iter().sum(), merged, ..summary },
             probes,
-            idle_patterns,
             warnings,
             nodes,
             scene,

@@ -84,12 +84,6 @@ pub(super) fn hashes(files: &[PathBuf]) -> Result<SceneHashes, PrepareError> {
     })
 }
 
-/// The section and a sentence for each pattern of the scene that has no effect.
-pub(super) fn idle_patterns(scene: &Scene, model: &Model) -> Vec<(&'static str, String)> {
-    let materials = scene.materials.idle_patterns(model).into_iter().map(|told| ("[[material]]", told));
-    materials.chain(scene.density.idle_patterns(model).into_iter().map(|told| ("[[part]]", told))).collect()
-}
-
 /// Warns of features of the model that are ignored.
 pub(super) fn model_warnings(scene: &Scene, model: &mut Model) -> Vec<String> {
     let other = |skipped: &&Skipped| !skipped.what.ends_with("animation") && !skipped.what.ends_with("animations");
@@ -312,6 +306,13 @@ pub(super) fn nearest_node(nodes: &Nodes, position: DVec3, part: Option<u32>) ->
     let of_part = |node: &&u32| part.is_none_or(|part| nodes.group_part[**node as usize / GROUP] == part);
     let nearest = nodes.node_of_vertex.iter().filter(of_part).min_by(|a, b| distance(a).total_cmp(&distance(b)));
     nearest.map(|node| *node as usize)
+}
+
+/// Lets the temperatures of `[temperatures]` take the place of what materials do.
+pub(super) fn give_temperatures(scene: &Scene, materials: &mut [Material]) {
+    if scene.temperatures.is_some() {
+        materials.iter_mut().for_each(|material| material.response = Response::Given);
+    }
 }
 
 /// Refuses response functions whose pieces do not follow them. Almost all such functions were refused where they were read.

@@ -81,13 +81,24 @@ impl Occluders {
 
     /// The first triangle at most so far away.
     pub(crate) fn first_within(&self, from: DVec3, direction: DVec3, most: f64) -> Option<Hit> {
+        self.first_among([from, direction], most, |_| true)
+    }
+
+    /// The first triangle at most so far away among those that count.
+    pub(crate) fn first_among(
+        &self,
+        [from, direction]: [DVec3; 2],
+        most: f64,
+        counts: impl Fn(usize) -> bool,
+    ) -> Option<Hit> {
         let mut first: Option<Hit> = None;
         let way = Ray { tmax: ((most + BEFORE) as f32).next_up(), ..ray(from, direction) };
         self.boxes.ray_traverse(way, &mut RayHit::none(), |_, place| {
             let number = self.boxes.primitive_indices[place] as usize;
             let triangle = &self.triangles[number];
             let Some((distance, u, v)) = meets(triangle, from, direction) else { return f32::INFINITY };
-            if distance > most || first.is_some_and(|hit| (hit.distance, hit.triangle) < (distance, number)) {
+            let is_later = |hit: Hit| (hit.distance, hit.triangle) < (distance, number);
+            if distance > most || first.is_some_and(is_later) || !counts(number) {
                 return f32::INFINITY;
             }
             let outside = triangle[1].cross(triangle[2]).dot(direction) < 0.0;
@@ -131,9 +142,10 @@ fn grown(triangle: &[DVec3; 3]) -> Aabb {
     Aabb::new(low - growth, high + growth)
 }
 
-/// The ray in f32. `obvhs` overlooks all boxes that end within 1e-4 of the start, so the walk begins before it.
+/// The ray in f32. `obvhs` overlooks all boxes that end within 1e-4 of the start, so the walk begins before it. It overlooks all boxes where a component of the direction
+/// is -0, which becomes 0 here.
 fn ray(from: DVec3, direction: DVec3) -> Ray {
-    Ray::new_inf((from - BEFORE * direction).as_vec3a(), direction.as_vec3a())
+    Ray::new_inf((from - BEFORE * direction).as_vec3a(), direction.as_vec3a() + Vec3A::ZERO)
 }
 
 /// Distance at which a ray meets a triangle (Moeller and Trumbore 1997), from either side, and the weights of its second and third corner.

@@ -103,6 +103,7 @@ pub(crate) fn full() -> Report {
                     picture: Some(format!("frames/step_{:06}.png", i * 10)),
                     camera_m: [0.0, 3.0, 4.0],
                     planet_off_axis_deg: Some(126.87),
+                    at_end_of_range: false,
                 })
                 .collect(),
             pictures: vec![ReportPicture {

@@ -83,3 +83,30 @@ fn rays_end_where_obvhs_alone_ends_them() {
     });
     assert!(same(&moved, &theirs) < 0.9, "the comparison sees rays that begin elsewhere");
 }
+
+/// Rays along an axis end on a plate, whatever the signs of the components that are 0 or rounding.
+#[test]
+fn rays_along_an_axis_end_on_a_plate() {
+    for axis in 0..3 {
+        let turned = |[x, y, z]: [f64; 3]| {
+            let mut at = [0.0; 3];
+            (at[axis], at[(axis + 1) % 3], at[(axis + 2) % 3]) = (z, x, y);
+            DVec3::from(at)
+        };
+        let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+        for cell in 0..36u32 {
+            let corner = |x: u32, y: u32| turned([0.2 * f64::from(cell % 6 + x), 0.3 * f64::from(cell / 6 + y), 1.0]);
+            positions.extend([corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)]);
+            triangles.extend([[0, 1, 2], [0, 2, 3]].map(|one: [u32; 3]| one.map(|node| node + 4 * cell)));
+        }
+        let occluders = Occluders::new(&positions, &triangles);
+        let near_zero = [0.0, -0.0, 1e-17, -1e-17, 1e-45, -1e-45, 1e-300, -1e-300];
+        for (x, y) in near_zero.into_iter().flat_map(|x| near_zero.map(|y| (x, y))) {
+            for (side, lift) in [(1.0, 1e-4), (-1.0, 1e-4), (1.0, 2.0), (-1.0, 2.0)] {
+                let ray = [turned([0.33, 0.41, 1.0 + side * lift]), turned([x, y, -side])];
+                let found = occluders.first(ray[0], ray[1]).map(|hit| hit.distance);
+                assert!(found.is_some_and(|distance| (distance - lift).abs() < 1e-9), "{ray:?}: {found:?}");
+            }
+        }
+    }
+}
