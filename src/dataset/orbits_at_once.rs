@@ -46,7 +46,7 @@ impl<I: Iterator<Item = u64> + Send> Orbits<'_, '_, I> {
     /// Makes them all, `at_once` at once.
     ///
     /// # Errors
-    /// The error of the lowest orbit that fails. No orbit is begun after an error.
+    /// An orbit that fails. No orbit is begun after it.
     pub(super) fn make(
         &self,
         at_once: usize,
@@ -73,20 +73,12 @@ impl<I: Iterator<Item = u64> + Send> Orbits<'_, '_, I> {
                 Ok(result) => result,
                 Err(panic) => std::panic::resume_unwind(panic),
             };
-            threads.into_iter().map(ended).collect::<Vec<Result<DatasetSummary, (u64, DatasetError)>>>()
+            threads.into_iter().map(ended).collect::<Vec<Result<DatasetSummary, DatasetError>>>()
         });
-        let mut whole = DatasetSummary::default();
-        let mut errors = Vec::new();
-        for result in results {
-            match result {
-                Ok(made) => whole.add(made),
-                Err(error) => errors.push(error),
-            }
-        }
-        match errors.into_iter().min_by_key(|(orbit, _)| *orbit) {
-            None => Ok(whole),
-            Some((_, error)) => Err(error),
-        }
+        results.into_iter().try_fold(DatasetSummary::default(), |mut whole, made| {
+            whole.add(made?);
+            Ok(whole)
+        })
     }
 
     /// Makes orbits, one after the other, until none is left, another thread fails or a signal comes.
@@ -94,11 +86,11 @@ impl<I: Iterator<Item = u64> + Send> Orbits<'_, '_, I> {
         &self,
         (stop, failed): (&AtomicBool, &AtomicBool),
         tell: &Sender<Images>,
-    ) -> Result<DatasetSummary, (u64, DatasetError)> {
+    ) -> Result<DatasetSummary, DatasetError> {
         let mut made = DatasetSummary::default();
         while !failed.load(Ordering::Relaxed) {
             let Some(orbit) = self.left.lock().unwrap_or_else(PoisonError::into_inner).next() else { break };
-            self.make_one(orbit, stop, tell, &mut made).map_err(|error| (orbit, error))?;
+            self.make_one(orbit, stop, tell, &mut made)?;
         }
         Ok(made)
     }
