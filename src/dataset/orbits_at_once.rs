@@ -17,6 +17,8 @@ use super::store::Store;
 use super::sums::fault_of_orbit;
 use crate::labels::places;
 use crate::labels::silhouette::Solids;
+use crate::simulation::facade_error::SimulationError;
+use crate::simulation::target::Target;
 
 /// Most nodes of a craft of which several orbits are made at once. With more, a step keeps all processors busy, and each orbit takes memory.
 const SMALL: usize = 20_000;
@@ -56,10 +58,10 @@ impl<I: Iterator<Item = u64> + Send> Orbits<'_, '_, I> {
         let failed = AtomicBool::new(false);
         let results = scope(|threads| {
             let (tell, told) = channel();
-            let begin = |_| {
+            let begin = |thread: usize| {
                 let (tell, failed) = (tell.clone(), &failed);
                 threads.spawn(move || {
-                    let made = self.make_some((stop, failed), &tell);
+                    let made = self.make_some(thread > 0, (stop, failed), &tell);
                     failed.fetch_or(made.is_err(), Ordering::Relaxed);
                     made
                 })
@@ -81,16 +83,19 @@ impl<I: Iterator<Item = u64> + Send> Orbits<'_, '_, I> {
         })
     }
 
-    /// Makes orbits, one after the other, until none is left, another thread fails or a signal comes.
+    /// Makes orbits on a device of its own or on the first thread's, one after the other, until none is left, another thread fails or a signal comes.
     fn make_some(
         &self,
+        opens: bool,
         (stop, failed): (&AtomicBool, &AtomicBool),
         tell: &Sender<Images>,
     ) -> Result<DatasetSummary, DatasetError> {
+        let target = self.order.target;
+        let target = if opens { target.for_another_thread().map_err(SimulationError::from)? } else { target.clone() };
         let mut made = DatasetSummary::default();
         while !failed.load(Ordering::Relaxed) {
             let Some(orbit) = self.left.lock().unwrap_or_else(PoisonError::into_inner).next() else { break };
-            self.make_one(orbit, stop, tell, &mut made)?;
+            self.make_one(orbit, &target, (stop, tell), &mut made)?;
         }
         Ok(made)
     }
@@ -98,11 +103,11 @@ impl<I: Iterator<Item = u64> + Send> Orbits<'_, '_, I> {
     fn make_one(
         &self,
         orbit: u64,
-        stop: &AtomicBool,
-        tell: &Sender<Images>,
+        target: &Target,
+        (stop, tell): (&AtomicBool, &Sender<Images>),
         made: &mut DatasetSummary,
     ) -> Result<(), DatasetError> {
-        let DatasetOrder { spec, scenes, target, root, .. } = *self.order;
+        let DatasetOrder { spec, scenes, root, .. } = *self.order;
         let (split, number) = place(spec, orbit);
         let images = spec.images_of(orbit);
         let count = images.end - images.start;
@@ -159,5 +164,17 @@ fn check_kept(store: &Store, place: &str) -> Result<(), DatasetError> {
             let first = format!("{fault}; remove {place}, and --resume makes this orbit again");
             Err(DatasetError::Damaged { folder: store.root().to_path_buf(), count: 1, first })
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn large_crafts_have_one_orbit_at_once_and_no_thread_is_idle() {
+        let processors = available_parallelism().map_or(1, usize::from);
+        assert_eq!(orbits_at_once(SMALL, 100), processors.min(MOST));
+        assert_eq!([orbits_at_once(SMALL + 1, 100), orbits_at_once(10, 1), orbits_at_once(10, 0)], [1; 3]);
     }
 }

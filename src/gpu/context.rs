@@ -202,6 +202,11 @@ impl Context {
         unsafe { self.device.queue_submit2(*queue, work, fence) }
     }
 
+    /// Whether the validation layer checks every call.
+    pub(crate) fn is_validated(&self) -> bool {
+        self.messages.is_some()
+    }
+
     /// Messages of the validation layer so far, empty without validation.
     pub fn validation_messages(&self) -> Vec<String> {
         self.messages.as_ref().map(|messages| messages.all()).unwrap_or_default()

@@ -45,6 +45,20 @@ impl Target {
         Ok(Self::Device(Context::open(name, validate)?))
     }
 
+    /// A place of the same kind for another thread. A device that is a processor has one queue, behind which threads would wait for each other, so it is
+    /// opened again. Under the validation layer it is shared, because the messages of this place alone are read.
+    ///
+    /// # Errors
+    /// A device that can not be opened again.
+    pub(crate) fn for_another_thread(&self) -> Result<Self, GpuError> {
+        match self {
+            Self::Device(context) if context.info.kind == "cpu" && !context.is_validated() => {
+                Self::open(Some(&context.info.name))
+            }
+            _ => Ok(self.clone()),
+        }
+    }
+
     /// Name for users.
     pub fn name(&self) -> String {
         self.device().map_or("cpu (f64 reference)".to_owned(), |context| context.info.name.clone())
