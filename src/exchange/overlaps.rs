@@ -9,6 +9,9 @@ use rayon::prelude::*;
 use super::patches::PatchSurface;
 use crate::environment::shadow::Occluders;
 
+/// Least cosine between normals of faces that lie in each other: 2.6 deg. Surfaces that cross at a larger angle lie in each other along a line alone.
+const PARALLEL: f64 = 0.999;
+
 /// For each triangle, whether its centre lies in the face of another triangle that is seen from the same side. `single` says which triangles have an outer
 /// face only. A triangle with the same corners is not counted: `same` tells those.
 pub(super) fn lie_in_others(
@@ -36,6 +39,3 @@ pub(super) fn lie_in_others(
     };
     (0..surface.triangles.len()).into_par_iter().map(lies).collect()
 }
-
-/// Least cosine between normals of faces that lie in each other: 2.6 deg. Surfaces that cross at a larger angle lie in each other along a line alone.
-const PARALLEL: f64 = 0.999;

@@ -7,7 +7,7 @@ use super::place::interpolate;
 use super::surface::FoilTriangle;
 
 /// Difference from the temperature between nodes from which on a pixel has light of its own [K]. Less is rounding.
-const LEAST_CHANGE: f64 = 0.02;
+const ROUNDING: f64 = 0.02;
 
 /// The triangles of foil by the slots of their nodes.
 pub(crate) struct FoilGains<'a> {
@@ -35,7 +35,7 @@ impl<'a> FoilGains<'a> {
         let nodes = triangle.nodes.map(|node| &surface.nodes[node]);
         let foil = surface.foils[nodes[0].material as usize]?;
         let shown = emitted.map(|gain| (now.space - gain / foil.faces).max(0.0).sqrt().sqrt());
-        if (interpolate(shown, weights) - kelvin).abs() < LEAST_CHANGE {
+        if (interpolate(shown, weights) - kelvin).abs() < ROUNDING {
             return None;
         }
         let place = (interpolate(nodes.map(|node| node.position), weights), nodes[0].joint);
