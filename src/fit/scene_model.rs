@@ -23,12 +23,14 @@ use crate::sensitivity::search::tighten;
 use crate::sensitivity::variant::{TOLERANCE, VariantRun, VariantWalk};
 use crate::simulation::engine::Engine;
 use crate::simulation::image::Image;
+use crate::simulation::orbit_end::with_halvings;
 use crate::simulation::pose_of;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::prepare_error::PrepareStage;
 use crate::simulation::state::BetweenSteps;
 use crate::simulation::target::Target;
 use crate::simulation::viewpoint::camera_from_body;
+use crate::thermal::network::one_pass::HalvingCourse;
 
 /// A scene and what was measured of it, before its first run.
 pub(super) struct SceneCase {
@@ -122,6 +124,7 @@ impl SceneCase {
             kept,
             base: Vec::new(),
             near: None,
+            halvings: Arc::default(),
             engine: None,
             target,
             stop,
@@ -221,6 +224,8 @@ pub(super) struct SceneModel<'a> {
     base: Vec<f64>,
     /// The state of the scene as it is at time 0, where that is periodic.
     near: Option<BetweenSteps>,
+    /// Halvings of the steps of the scene as it is, which all runs take.
+    halvings: Arc<[u32]>,
     /// The engine of the scene as it is keeps the view factors that all runs share.
     engine: Option<Box<dyn Engine>>,
     target: &'a Target,
@@ -245,14 +250,14 @@ impl SceneModel<'_> {
 
     fn run_as_it_is(&mut self) -> Result<VariantRun, FittingError> {
         let prepared = &self.prepared;
-        let (engine, near, ran) = self.walked(|walk| {
+        let (engine, near, (ran, halvings)) = self.walked(|walk| {
             let mut engine = walk.begin(prepared, None)?;
             let near =
                 prepared.scene.time.periodic.map(|_| BetweenSteps::capture(0, &mut *engine, None)).transpose()?;
-            let ran = walk.run(prepared, &mut *engine)?;
+            let ran = with_halvings(&mut *engine, |engine| walk.run(prepared, engine))?;
             Ok((engine, near, ran))
         })?;
-        (self.engine, self.near) = (Some(engine), near);
+        (self.engine, self.near, self.halvings) = (Some(engine), near, halvings);
         Ok(ran)
     }
 
@@ -303,6 +308,7 @@ impl FitModel for SceneModel<'_> {
         let near = self.near.as_ref().filter(|_| prepared.nodes == self.prepared.nodes);
         let ran = self.walked(|walk| {
             let mut engine = walk.begin(&prepared, near)?;
+            engine.take_halving_course(HalvingCourse::Followed(Arc::clone(&self.halvings), 0));
             Ok(walk.run(&prepared, &mut *engine)?)
         })?;
         self.measured_of(&ran)

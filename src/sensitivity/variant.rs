@@ -1,5 +1,6 @@
 //! A run of the scene with some values changed: temperatures of parts and probes at every step, and of the pixels of its images.
 
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::SensitivityError;
@@ -8,12 +9,13 @@ use crate::output::frame_maker::FrameMaker;
 use crate::output::tables::NodeGroups;
 use crate::simulation::engine::{Engine, EngineError};
 use crate::simulation::image::Image;
-use crate::simulation::orbit_end::{BaseOrbit, Displacement};
+use crate::simulation::orbit_end::{BaseOrbit, Displacement, with_halvings};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::state::BetweenSteps;
 use crate::simulation::target::Target;
 use crate::simulation::warm_up::{pass_base_orbit, start, start_beside, start_near};
 use crate::simulation::{StepResult, run};
+use crate::thermal::network::one_pass::HalvingCourse;
 
 /// Share of a period by which a run may miss it and be an orbit.
 const AN_ORBIT: f64 = 1e-4;
@@ -92,6 +94,8 @@ pub(super) struct BaseRun {
     pub(super) run: VariantRun,
     /// An orbit at its periodic state, where the scene asks for it: its run, where that is an orbit.
     orbit: Option<BaseOrbit>,
+    /// Halvings of the steps of a run that is no orbit.
+    halvings: Arc<[u32]>,
 }
 
 impl VariantWalk<'_> {
@@ -107,14 +111,15 @@ impl VariantWalk<'_> {
             let mut run = VariantRun::default();
             let mut pass = |engine: &mut dyn Engine| self.pass(prepared, engine, &mut run);
             let orbit = Some(BaseOrbit::of_run(prepared, &mut *engine, &mut pass)?);
-            return Ok((BaseRun { run, orbit }, engine));
+            return Ok((BaseRun { run, orbit, halvings: Arc::default() }, engine));
         }
         let orbit = match time.periodic {
             Some(_) => pass_base_orbit(prepared, &mut *engine, self.stop)?,
             None => None,
         };
         self.check_stop()?;
-        Ok((BaseRun { run: self.run(prepared, &mut *engine)?, orbit }, engine))
+        let (run, halvings) = with_halvings(&mut *engine, |engine| self.run(prepared, engine))?;
+        Ok((BaseRun { run, orbit, halvings }, engine))
     }
 
     /// The run, which is an orbit. Returns the mean temperatures of the nodes [K].
@@ -143,7 +148,7 @@ impl VariantWalk<'_> {
             let mut engine = self.begin(prepared, None)?;
             Ok((self.run(prepared, &mut *engine)?, None))
         };
-        let Some(orbit) = base.and_then(|base| base.orbit.as_ref()) else { return alone() };
+        let Some((base, orbit)) = base.and_then(|base| Some((base, base.orbit.as_ref()?))) else { return alone() };
         let camera = prepared.scene.camera.as_ref().filter(|_| !self.kept.is_empty());
         let mut engine = self.target.engine(prepared, camera).map_err(EngineError::from)?;
         let (mut run, mut began) = (VariantRun::default(), None);
@@ -159,6 +164,7 @@ impl VariantWalk<'_> {
         let settled = orbit.displacement(&mut *engine)?;
         let unsettled = began.map_or(0.0, |began| began.distance(&settled)).max(periodic.change);
         if run.rows.is_empty() {
+            engine.take_halving_course(HalvingCourse::Followed(Arc::clone(&base.halvings), 0));
             run = self.run(prepared, &mut *engine)?;
         }
         Ok((VariantRun { unsettled, ..run }, Some(settled)))

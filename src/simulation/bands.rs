@@ -16,6 +16,7 @@ use crate::environment::StepLoad;
 use crate::gpu::timing::PassTimes;
 use crate::scene::{BandRatio, Camera, Scene};
 use crate::thermal::between::between;
+use crate::thermal::network::one_pass::HalvingCourse;
 use crate::thermal::sensor::Sensor;
 
 /// A further band: its scene and its engine, which takes no steps.
@@ -215,6 +216,10 @@ impl Engine for BandsEngine {
 
     fn network_mut(&mut self) -> Option<&mut NetworkRun> {
         self.craft.network_mut()
+    }
+
+    fn take_halving_course(&mut self, course: HalvingCourse) -> HalvingCourse {
+        self.craft.take_halving_course(course)
     }
 
     fn keep_few_times(&mut self, most: usize) {

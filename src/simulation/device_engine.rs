@@ -31,6 +31,7 @@ use crate::gpu::request::PixelSource;
 use crate::gpu::timing::PassTimes;
 use crate::scene::{Camera, MotionBlur};
 use crate::thermal::misfit::{Misfit, part};
+use crate::thermal::network::one_pass::HalvingCourse;
 use crate::trace::span;
 
 /// A scene on a device. Results are delivered in the order of the steps.
@@ -381,6 +382,13 @@ impl Engine for DeviceEngine {
 
     fn network_mut(&mut self) -> Option<&mut NetworkRun> {
         self.network.as_mut()
+    }
+
+    fn take_halving_course(&mut self, course: HalvingCourse) -> HalvingCourse {
+        if self.renderer.halving().is_some() {
+            return self.renderer.take_halving_course(course);
+        }
+        self.network.as_mut().map(|network| network.take_halving_course(course)).unwrap_or_default()
     }
 
     fn network_temperatures(&mut self) -> Result<Option<Vec<f64>>, EngineError> {

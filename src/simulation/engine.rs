@@ -13,6 +13,7 @@ use crate::environment::StepLoad;
 use crate::environment::shadow::Lit;
 use crate::gpu::timing::PassTimes;
 use crate::scene::Camera;
+use crate::thermal::network::one_pass::HalvingCourse;
 use crate::thermal::received::FaceLoad;
 use crate::thermal::surroundings::Surroundings;
 
@@ -216,6 +217,11 @@ pub trait Engine: Send {
 
     /// The network of the scene for changes.
     fn network_mut(&mut self) -> Option<&mut NetworkRun>;
+
+    /// Takes another course of halvings of a network in one pass, from the next step on. Returns the course so far.
+    fn take_halving_course(&mut self, course: HalvingCourse) -> HalvingCourse {
+        self.network_mut().map(|network| network.take_halving_course(course)).unwrap_or_default()
+    }
 
     /// Cost of the network in every step so far. Empty without a network.
     fn network_costs(&self) -> &[StepCost] {

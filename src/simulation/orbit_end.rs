@@ -3,10 +3,13 @@
 //! The periodic state is known to the tolerance of the warm-up alone, and an orbit of the scene as it is still changes it by r. With other values a state is sought
 //! that an orbit changes by the same r. To first order r is then absent from the difference of both states, so only the difference has to settle.
 
+use std::sync::Arc;
+
 use super::engine::{Engine, EngineError, Order};
 use super::prepare::Prepared;
 use super::state::BetweenSteps;
 use crate::model::nodes::GROUP;
+use crate::thermal::network::one_pass::HalvingCourse;
 
 /// Share of the largest difference between both scenes to which the difference settles.
 const SHARE: f64 = 1e-3;
@@ -64,12 +67,27 @@ pub(crate) struct BaseOrbit {
     pub(super) state: BetweenSteps,
     pub(super) start: OrbitEnd,
     pub(super) end: OrbitEnd,
+    /// Halvings of its steps, which orbits of other values take too.
+    pub(super) halvings: Arc<[u32]>,
     /// Where the orbit is the run, the mean temperatures of the network's nodes [K].
     pub(super) run_mean: Option<Vec<f64>>,
 }
 
 /// Passes a run that is an orbit. Returns the mean temperatures of the drawn nodes [K].
 pub(crate) type PassRun<'a, E> = &'a mut dyn FnMut(&mut dyn Engine) -> Result<Vec<f64>, E>;
+
+/// Does steps of an engine. Returns its result, and the halvings of each step of a network in one pass.
+///
+/// # Errors
+/// An error of `pass`.
+pub(crate) fn with_halvings<T, E>(
+    engine: &mut dyn Engine,
+    pass: impl FnOnce(&mut dyn Engine) -> Result<T, E>,
+) -> Result<(T, Arc<[u32]>), E> {
+    engine.take_halving_course(HalvingCourse::Kept(Vec::new()));
+    let result = pass(engine)?;
+    Ok((result, engine.take_halving_course(HalvingCourse::Decided).kept()))
+}
 
 /// How far the temperatures of a network and of structures below plates are from the scene as it is [K].
 pub(crate) struct Displacement {
@@ -96,7 +114,7 @@ impl BaseOrbit {
         pass: PassRun<'_, E>,
     ) -> Result<Self, E> {
         let (state, start) = (BetweenSteps::capture(0, engine, None)?, OrbitEnd::new(engine)?);
-        let drawn = pass(engine)?;
+        let (drawn, halvings) = with_halvings(engine, pass)?;
         let end = OrbitEnd::new(engine)?;
         // Nodes that are not drawn are slow.
         let both = start.network.iter().flatten().zip(end.network.iter().flatten());
@@ -105,7 +123,7 @@ impl BaseOrbit {
             let in_network = drawn.iter().enumerate().filter(|(slot, _)| network.has(*slot));
             in_network.for_each(|(slot, drawn)| mean[network.node_of(slot)] = *drawn);
         }
-        Ok(Self { state, start, end, run_mean: Some(mean) })
+        Ok(Self { state, start, end, halvings, run_mean: Some(mean) })
     }
 
     /// The change over an orbit to which a scene with other values settles [K].

@@ -4,6 +4,7 @@
 //! (`thermal::network::periodic::SlowModes`). Anderson's method (J. ACM 12, 1965) then extrapolates: it combines the last orbits so that their changes
 //! cancel best. The structures below plates are moved one by one (`structures`). Orbits have coarse steps until one changes little or the change no longer falls. Then they have the steps of the run.
 
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use super::engine::{Engine, EngineError};
@@ -14,6 +15,7 @@ use super::parts::Passing;
 use super::prepare::Prepared;
 use super::structures::Structures;
 use super::warm_up::WarmUp;
+use crate::thermal::network::one_pass::HalvingCourse;
 use crate::thermal::network::periodic::{Coupling, SlowModes};
 use crate::thermal::network::radiative_slope;
 use crate::trace::{span, span_with};
@@ -117,6 +119,9 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
         coarse: bool,
         beside: Option<&mut (&BaseOrbit, PassRun<'_, E>)>,
     ) -> Result<(OrbitEnd, Vec<f64>), E> {
+        if let Some((BaseOrbit { halvings, .. }, _)) = &beside {
+            self.engine.take_halving_course(HalvingCourse::Followed(Arc::clone(halvings), 0));
+        }
         if let Some((BaseOrbit { run_mean: Some(mean), .. }, pass)) = beside {
             show_network(self.prepared, self.engine)?;
             let before = OrbitEnd::new(self.engine)?;

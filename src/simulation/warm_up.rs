@@ -6,7 +6,7 @@ use super::check::Check;
 use super::engine::{Engine, EngineError};
 use super::forward::forward;
 use super::keep::{Keep, KeepNothing};
-use super::orbit_end::{BaseOrbit, Displacement, OrbitEnd, PassRun};
+use super::orbit_end::{BaseOrbit, Displacement, OrbitEnd, PassRun, with_halvings};
 use super::orbits::{Orbits, Periodic};
 use super::parts::Passing;
 use super::prepare::Prepared;
@@ -70,10 +70,12 @@ pub(crate) fn pass_base_orbit(
     stop: &AtomicBool,
 ) -> Result<Option<BaseOrbit>, EngineError> {
     let (state, start) = (BetweenSteps::capture(0, engine, None)?, OrbitEnd::new(engine)?);
-    WarmUp::<EngineError> { prepared, engine, check: None, stop, progress: &mut || (), keep: &mut KeepNothing }
-        .orbit(false)?;
+    let (_, halvings) = with_halvings(engine, |engine| {
+        let (progress, keep): (&mut dyn FnMut(), &mut dyn Keep<EngineError>) = (&mut || (), &mut KeepNothing);
+        WarmUp { prepared, engine, check: None, stop, progress, keep }.orbit(false)
+    })?;
     let end = OrbitEnd::new(engine)?;
-    Ok((!stop.load(Ordering::Relaxed)).then_some(BaseOrbit { state, start, end, run_mean: None }))
+    Ok((!stop.load(Ordering::Relaxed)).then_some(BaseOrbit { state, start, end, halvings, run_mean: None }))
 }
 
 /// Brings the engine of a scene with other values to time 0, as far from the scene as it is as these values make it. A network and structures begin moved by

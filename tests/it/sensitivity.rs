@@ -22,13 +22,17 @@ fn parameter(text: &str) -> String {
 }
 
 /// Rows of a parameter and a place in `sensitivity.csv`: time, temperature, dT/dlnp and its error [K].
-fn rows(folder: &Path, parameter: &str, place: &str) -> Vec<[f64; 4]> {
+fn all_rows(folder: &Path, parameter: &str, place: &str) -> Vec<[f64; 4]> {
     let table = std::fs::read_to_string(folder.join("out/sensitivity.csv")).expect("a table");
     let mut reader = csv::Reader::from_reader(table.as_bytes());
     let records = reader.records().map(|record| record.expect("a row"));
     let own = records.filter(|record| &record[0] == parameter && &record[2] == place);
-    let rows: Vec<[f64; 4]> =
-        own.map(|record| [3, 4, 5, 7].map(|cell| record[cell].parse().expect("a number"))).collect();
+    own.map(|record| [3, 4, 5, 7].map(|cell| record[cell].parse().expect("a number"))).collect()
+}
+
+/// The same of a run of [`scene`].
+fn rows(folder: &Path, parameter: &str, place: &str) -> Vec<[f64; 4]> {
+    let rows = all_rows(folder, parameter, place);
     assert_eq!(rows.len(), 11, "{parameter} of {place}");
     rows
 }
@@ -50,6 +54,35 @@ fn channel(path: &Path, name: &str) -> Vec<f32> {
         FlatSamples::F32(values) => values,
         other => panic!("{other:?}"),
     }
+}
+
+/// Wings that touch nothing know nothing of the body's blanket. Their derivatives are 0, though the estimated error decides how often steps are halved.
+#[test]
+fn what_touches_nothing_does_not_depend_on_it() {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+    let folder = Folder::new("");
+    for name in ["cubesat.glb", "materials.toml"] {
+        std::fs::copy(models.join(name), folder.path(name)).expect("a copy");
+    }
+    let scene = std::fs::read_to_string(models.join("cubesat_conduction.toml")).expect("a scene");
+    let shorter =
+        [("step = 15.43 ", "step = 60 "), ("steps = 360\n", "steps = 92\n"), ("max_edge = 0.02", "max_edge = 0.1")];
+    let coarse = shorter.iter().fold(scene, |scene, (from, to)| {
+        assert!(scene.contains(from), "{from}");
+        scene.replace(from, to)
+    });
+    folder.write("scene.toml", &coarse);
+    folder.write("p.toml", &parameter("vary = \"absorptivity\"\nmaterial = \"blanket\"\npercent = 10"));
+    succeed(folder.0.path(), &["sensitivity", "scene.toml", "--parameters", "p.toml", "-o", "out"]);
+    let of = |place: &str| {
+        let rows = all_rows(folder.0.path(), "absorptivity of blanket", place);
+        let largest = |column: usize| rows.iter().map(|row| row[column].abs()).fold(0.0, f64::max);
+        assert_eq!(rows.len(), 93);
+        [largest(2), largest(3)]
+    };
+    let [[wing, error], [body, _]] = ["wing_port", "body"].map(of);
+    assert!(wing < 0.03 && error < 0.06, "{wing} and {error} K");
+    assert!(body > 10.0, "{body} K");
 }
 
 /// A plate in balance: T^4 = q / (eps sigma), so that dT/dln alpha = T/4 and dT/dln eps = -T/4, and its capacity changes nothing.

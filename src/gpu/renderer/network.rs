@@ -2,6 +2,7 @@
 
 use super::Renderer;
 use crate::gpu::effects::network::heaters::{self, LOGGED};
+use crate::gpu::effects::network::state::OnePass;
 use crate::gpu::effects::network::{
     COUPLINGS, HEATERS, LOG, MEAN_EVEN, MEMORY, POWERS, STATES, SWITCHES, TOLD, WEIGHTS,
 };
@@ -9,13 +10,13 @@ use crate::gpu::error::GpuError;
 use crate::gpu::request::Heating;
 use crate::model::nodes::GROUP;
 use crate::thermal::network::control::Switch;
-use crate::thermal::network::one_pass::{Estimate, Halving, Told};
+use crate::thermal::network::one_pass::{Estimate, Halving, HalvingCourse, Told};
 
 impl Renderer {
     /// Prepares the steps of the network over `steps` steps of the scene: whether they are halved, their weights, and the
     /// power of heaters.
     pub(super) fn renew_network(&mut self, steps: f64, heating: Option<Heating<'_>>) -> Result<(), GpuError> {
-        if self.scene.network.as_mut().is_some_and(|network| network.halving.is_due()) {
+        if self.scene.network.as_mut().is_some_and(OnePass::is_due) {
             self.slots.wait()?;
             let recent = self.recent()?;
             let Some(network) = &mut self.scene.network else { return Ok(()) };
@@ -66,6 +67,11 @@ impl Renderer {
     /// How often the step of the network is halved. `None` where the frames do not step it.
     pub(crate) fn halving(&self) -> Option<Halving> {
         self.scene.network.as_ref().map(|network| network.halving)
+    }
+
+    /// Takes another course of halvings from the next frame on. Returns the course so far.
+    pub(crate) fn take_halving_course(&mut self, course: HalvingCourse) -> HalvingCourse {
+        self.scene.network.as_mut().map(|network| std::mem::replace(&mut network.course, course)).unwrap_or_default()
     }
 
     /// Leaves the network to the host from now on. No frame is in flight.

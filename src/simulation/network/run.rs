@@ -12,7 +12,7 @@ use crate::gpu::samples::Samples;
 use crate::simulation::engine_error::EngineError;
 use crate::thermal::network::control::{ControlError, IntegrationSettings, Leg, MethodUse, Switch, integrate_leg};
 use crate::thermal::network::islands::Islands;
-use crate::thermal::network::one_pass::{Estimate, Halving, OnePassNetwork, SWITCHES_AT_MOST};
+use crate::thermal::network::one_pass::{Estimate, Halving, HalvingCourse, OnePassNetwork, SWITCHES_AT_MOST};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::trace::span;
 
@@ -265,6 +265,11 @@ impl NetworkRun {
     /// The last switches of thermostats in steps of one pass, at most `LOCATED_AT_MOST`.
     pub fn located(&self) -> impl Iterator<Item = &Switch> {
         self.located.iter()
+    }
+
+    /// Takes another course of halvings from the next step on. Returns the course so far.
+    pub(crate) fn take_halving_course(&mut self, course: HalvingCourse) -> HalvingCourse {
+        self.one_pass.as_mut().map(|one_pass| one_pass.take_course(course)).unwrap_or_default()
     }
 
     /// Temperatures of the nodes [K].

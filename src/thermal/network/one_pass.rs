@@ -26,7 +26,7 @@ use std::sync::Arc;
 
 pub(crate) use blocks::Unfit;
 pub(crate) use conduction::Conduction;
-pub(crate) use halving::{HALVINGS_AT_MOST, Halving};
+pub(crate) use halving::{HALVINGS_AT_MOST, Halving, HalvingCourse};
 pub(crate) use large::Large;
 pub(crate) use plan::{OnePassPlan, Plans};
 pub(crate) use rows::ExchangeLink;
@@ -84,6 +84,7 @@ pub(crate) struct OnePassNetwork {
     /// Steps of this length so far. `last` and `coupling` belong to such a step only after the first one.
     age: u32,
     halving: Halving,
+    course: HalvingCourse,
     /// The estimate before the last decision, and since.
     told: [Told; 2],
     heaters: Vec<OnePassHeater>,
@@ -108,6 +109,7 @@ impl OnePassNetwork {
             coupled: nothing,
             age: 0,
             halving: Halving::new(tolerance, plan.halvings()),
+            course: HalvingCourse::Decided,
             plans: Plans::new(plan),
             plan: Arc::clone(plan),
             told: Default::default(),
@@ -144,11 +146,12 @@ impl OnePassNetwork {
     /// Advances from `start` [s] by `length` [s] under a constant heat of every node and a constant power of every heater [W], in equal steps that are
     /// not longer than the plan's. Returns the switches of thermostats.
     pub(crate) fn advance(&mut self, heat: &[f64], powers: &[f64], start: f64, length: f64) -> Vec<Switch> {
-        if self.halving.is_due() {
+        if self.course.is_due(&mut self.halving) {
             let recent = std::mem::take(&mut self.told[1]);
             self.halving.take(recent.estimate());
             self.told[0] = self.told[0].and(recent);
         }
+        self.course.keep(&self.halving);
         let (plan, count) = self.plans.over(length, self.halving.parts());
         if !Arc::ptr_eq(&plan, &self.plan) {
             self.gains = self.heaters.iter().map(|one| one.gain(&plan)).collect();
@@ -211,6 +214,11 @@ impl OnePassNetwork {
 
     pub(crate) fn halving(&self) -> &Halving {
         &self.halving
+    }
+
+    /// Takes another course of halvings from the next step on. Returns the course so far.
+    pub(crate) fn take_course(&mut self, course: HalvingCourse) -> HalvingCourse {
+        std::mem::replace(&mut self.course, course)
     }
 
     fn tell(&mut self) {

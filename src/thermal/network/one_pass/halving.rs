@@ -1,5 +1,7 @@
 //! How often the step of the one pass is halved: the estimated error decides, after the first four steps of the scene and then after every sixteen.
 
+use std::sync::Arc;
+
 use super::told::Estimate;
 
 /// Steps of the scene after which the estimate decides.
@@ -68,9 +70,68 @@ impl Halving {
     }
 }
 
+/// Who decides how often the steps of the scene are halved. A run beside another one takes its halvings, because a difference of their temperatures would
+/// otherwise hold a difference of their methods.
+#[derive(Debug, Clone, Default)]
+pub enum HalvingCourse {
+    /// The estimated error.
+    #[default]
+    Decided,
+    /// The estimated error, and the halvings of each step of the scene from here on are kept.
+    Kept(Vec<u32>),
+    /// The halvings that another run kept, and the number of the next step. After their end the estimated error decides.
+    Followed(Arc<[u32]>, usize),
+}
+
+impl HalvingCourse {
+    /// Counts a step of the scene. Returns whether the estimate is to be taken before it.
+    pub(crate) fn is_due(&mut self, halving: &mut Halving) -> bool {
+        let due = halving.is_due();
+        let Self::Followed(kept, next) = self else { return due };
+        let Some(count) = kept.get(*next) else { return due };
+        (halving.count, *next) = (*count, *next + 1);
+        false
+    }
+
+    /// Takes the halvings of a step that begins.
+    pub(crate) fn keep(&mut self, halving: &Halving) {
+        if let Self::Kept(kept) = self {
+            kept.push(halving.count);
+        }
+    }
+
+    /// The halvings of each step that were kept. Empty where they were not.
+    pub(crate) fn kept(self) -> Arc<[u32]> {
+        if let Self::Kept(kept) = self { kept.into() } else { Arc::default() }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_run_follows_the_halvings_of_another() {
+        let much = Estimate { rms: 1.0, most: 1.0, node: 0 };
+        let run = |mut course: HalvingCourse, errs: bool| {
+            let mut halving = Halving::new(0.1, 0);
+            let step = |_| {
+                if course.is_due(&mut halving) && errs {
+                    halving.take(much);
+                }
+                course.keep(&halving);
+                halving.parts()
+            };
+            let parts: Vec<u32> = (0..22).map(step).collect();
+            (parts, course.kept())
+        };
+        let (first, kept) = run(HalvingCourse::Kept(Vec::new()), true);
+        assert_eq!((first[3], first[4], first[20]), (1, 2, 4));
+        assert_eq!(run(HalvingCourse::Followed(kept.clone(), 0), false).0, first);
+        let short = HalvingCourse::Followed(kept[..10].into(), 0);
+        assert_eq!(run(short, true).0[20], 4, "the estimate decides after the last step that was kept");
+        assert_ne!(run(HalvingCourse::Decided, false).0, first);
+    }
 
     #[test]
     fn steps_are_halved_above_the_tolerance_and_doubled_far_below_it() {
