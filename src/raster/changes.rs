@@ -37,6 +37,7 @@ impl PixelChanges {
 const OUTSIDE: f64 = 1e-3;
 
 /// A place in a pixel that a triangle covers.
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct CoveredPlace {
     /// Number of the pixel, row after row.
     pub(crate) pixel: usize,

@@ -4,8 +4,10 @@ use wildmatch::WildMatch;
 
 use super::SensitivityError;
 use crate::scene::{ContactRule, MeshHeater, OwnerPatterns, Parameter, ParameterKind, Scene};
+use crate::simulation::pixel_light::gains::OwnDerivatives;
 use crate::simulation::prepare::Prepared;
 use crate::text::plain;
+use crate::thermal::balance::emissivity_sum;
 use crate::thermal::material::{Material, Optics, Radiative, Response, Sides};
 use crate::thermal::shell::ContactConductance;
 
@@ -134,6 +136,19 @@ fn of_scene<'a>(parameter: &Parameter, scene: &'a mut Scene) -> Vec<&'a mut f64>
             scene.contacts.iter_mut().filter(|rule| is_between(parameter, rule)).map(conductance).collect()
         }
         _ => Vec::new(),
+    }
+}
+
+/// By how much more a place of foil changes with a parameter than its nodes show, for a change by all of its value [K].
+pub(super) fn own_derivative(parameter: &Parameter, material: &Material, own: &OwnDerivatives) -> f64 {
+    let is_own = || parameter.owners.iter().any(|owner| WildMatch::new(owner).matches(&material.name));
+    let face = if parameter.back { material.back() } else { material.front };
+    match parameter.kind {
+        ParameterKind::SolarConstant => own.sunlight,
+        ParameterKind::Absorptivity if is_own() && parameter.back == own.behind => own.sunlight,
+        ParameterKind::Emissivity if is_own() => own.emission * face.emissivity / emissivity_sum(material),
+        ParameterKind::Capacity | ParameterKind::Thickness if is_own() => own.capacity,
+        _ => 0.0,
     }
 }
 

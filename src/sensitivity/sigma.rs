@@ -8,14 +8,16 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::SensitivityError;
-use super::change::overlap;
+use super::change::{overlap, own_derivative};
 use super::search::{Search, check, settle};
 use super::variant::VariantRun;
 use crate::output::sigma::{PlaceSigma, RunSigma, SigmaCause};
 use crate::scene::work::image_times;
 use crate::scene::{Parameter, ParameterKind, Scene};
 use crate::simulation::image::ImageSigma;
+use crate::simulation::pixel_light::gains::OwnDerivatives;
 use crate::simulation::prepare::Prepared;
+use crate::thermal::material::Material;
 
 /// Most pixels of all images together.
 const MOST_PIXELS: usize = 1 << 23;
@@ -67,6 +69,11 @@ impl Uncertain {
             largest_k: 0.0,
         };
         Self { parameter, cause, spread: (range[1] - range[0]) / RANGE, shift: 0.5 * (range[0] + range[1]) }
+    }
+
+    /// By how much more a place of foil changes than its nodes show, for a change by all of the value [K].
+    pub(super) fn own_derivative(&self, material: &Material, own: &OwnDerivatives) -> f64 {
+        own_derivative(&self.parameter, material, own)
     }
 }
 

@@ -16,8 +16,8 @@ pub(super) type CornerPixel = Option<(u32, f64)>;
 /// The nodes of the triangle that a pixel shows, and their weights there.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PixelNodes {
-    pub(super) nodes: [usize; 3],
-    pub(super) weights: [f64; 3],
+    pub(crate) nodes: [usize; 3],
+    pub(crate) weights: [f64; 3],
 }
 
 impl PixelNodes {

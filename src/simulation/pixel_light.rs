@@ -8,10 +8,11 @@
 //! C dT/dt = v q_open + q_planet - eps sigma T^4    at the place,    C dT/dt = q_nodes - eps sigma T^4    as the nodes show it
 //! ```
 //!
-//! with the lit share v of the place, the sunlight q_open that would be absorbed if nothing hid the Sun, and q_nodes that which the nodes absorb. Where all nodes
+//! with the share v of the Sun's disc that the place sees, the sunlight q_open that would be absorbed if nothing hid the Sun, and q_nodes that which the nodes absorb. Where all nodes
 //! of a triangle are lit or dark v is known without a ray. With radiation between surfaces each node also takes an even flux, which brings it to its temperature,
 //! and the place takes the flux between them.
 
+mod disc;
 mod foil_image;
 pub(crate) mod gains;
 mod moments;

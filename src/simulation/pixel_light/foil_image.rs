@@ -1,9 +1,12 @@
 //! The pixels of an image that show foil, and what light of their own changes in them.
 
+use std::collections::HashMap;
+
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use super::PastLight;
+use super::disc::SunShape;
 use super::place::{Places, interpolate};
 use super::surface::FoilTriangle;
 use crate::raster::RasterView;
@@ -12,6 +15,30 @@ use crate::trace::span;
 
 /// A change below which a pixel stays as it is [K].
 const LEAST_CHANGE: f64 = 1e-3;
+
+/// Looks at the Sun as a disc from the places of a triangle on both sides of an edge of a shadow, from those at the triangle's rim, and from those beside a place that sees a part of it.
+/// `found` has the change of each place and the share of the Sun that it sees.
+fn soften(width: usize, seen: &[CoveredPlace], found: &mut [[f64; 2]], change: impl Fn(&CoveredPlace) -> [f64; 2]) {
+    let number: HashMap<usize, usize> = seen.iter().enumerate().map(|(number, place)| (place.pixel, number)).collect();
+    let beside = |place: usize| {
+        let pixel = seen[place].pixel;
+        let near = [pixel.wrapping_sub(1), pixel + 1, pixel.wrapping_sub(width), pixel + width];
+        near.map(|near| number.get(&near).copied())
+    };
+    let is_at_edge =
+        |place: &usize| beside(*place).iter().any(|near| near.is_none_or(|near| found[near][1] != found[*place][1]));
+    let mut next: Vec<usize> = (0..seen.len()).filter(is_at_edge).collect();
+    let mut looked = vec![false; seen.len()];
+    while let Some(place) = next.pop() {
+        if std::mem::replace(&mut looked[place], true) {
+            continue;
+        }
+        found[place] = change(&seen[place]);
+        if found[place][1] > 0.0 && found[place][1] < 1.0 {
+            next.extend(beside(place).into_iter().flatten());
+        }
+    }
+}
 
 /// An image of foil, through a lens without distortion.
 struct FoilImage<'a> {
@@ -103,22 +130,32 @@ impl<'a> FoilImage<'a> {
         let positions = triangle.nodes.map(|node| scene.surface.nodes[node].position);
         let places =
             Places::new((&scene.surface, &scene.trees), (&self.past.moments, self.past.begins), (triangle, &lit));
+        let slots = triangle.nodes.map(|node| scene.surface.nodes[node].slot as usize);
+        let temperatures = self.temperatures.map(|all| slots.map(|slot| all[slot]));
         let corners = self.corners(triangle);
-        let (mut changed, mut of_nodes) = (Vec::new(), None);
-        self.visit(self.view, corners, |seen| {
-            if !self.is_seen(corners, seen.weights) {
-                return false;
+        let mut seen = Vec::new();
+        self.visit(self.view, corners, |covered| {
+            let is_seen = self.is_seen(corners, covered.weights);
+            if is_seen {
+                seen.push(*covered);
             }
-            let of_nodes = of_nodes.get_or_insert_with(|| places.of_nodes(self.temperatures));
-            let place = interpolate(positions, seen.weights);
-            let kelvin = of_nodes.map_or(0.0, |of_nodes| places.change(place, seen.weights, of_nodes));
-            if kelvin.abs() >= LEAST_CHANGE {
-                let value = [kelvin as f32, (triangle.part + 1) as f32];
-                changed.push(SampleChange { pixel: seen.pixel, place: (seen.sample, seen.depth), value });
-            }
-            true
+            is_seen
         });
-        changed
+        let Some(of_nodes) = places.of_nodes(temperatures).filter(|_| !seen.is_empty()) else { return Vec::new() };
+        let change = |place: &CoveredPlace, shape: SunShape| {
+            places.change(interpolate(positions, place.weights), place.weights, of_nodes, shape)
+        };
+        let mut found: Vec<[f64; 2]> = seen.iter().map(|place| change(place, SunShape::Middle)).collect();
+        if lit.last() == Some(&None) {
+            soften(self.view.width as usize, &seen, &mut found, |place| change(place, SunShape::Disc));
+        }
+        let changed = seen.iter().zip(found).filter(|(_, [kelvin, _])| kelvin.abs() >= LEAST_CHANGE);
+        let value = |(place, [kelvin, _]): (&CoveredPlace, [f64; 2])| SampleChange {
+            pixel: place.pixel,
+            place: (place.sample, place.depth),
+            value: [kelvin as f32, (triangle.part + 1) as f32],
+        };
+        changed.map(value).collect()
     }
 
     /// Pixels, among some, whose centres show the part that another of their samples would change.

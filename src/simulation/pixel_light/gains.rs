@@ -1,13 +1,26 @@
-//! What a place of foil takes of the Sun and emits, where a pixel shows another temperature than its nodes: for the budget of the pixel.
+//! What a place of foil takes of the Sun and emits, where a pixel shows another temperature than its nodes: for the budget and the uncertainty of the pixel.
 
 use std::collections::HashMap;
 
 use super::PastLight;
-use super::place::interpolate;
+use super::disc::SunShape;
+use super::place::{Places, interpolate};
 use super::surface::FoilTriangle;
 
 /// Difference from the temperature between nodes from which on a pixel has light of its own [K]. Less is rounding.
 const ROUNDING: f64 = 0.02;
+
+/// By how much more the temperature of a place of foil changes than its nodes show, for a change by all of a value [K].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct OwnDerivatives {
+    /// By what it absorbs of the Sun.
+    pub(crate) sunlight: f64,
+    /// By what its faces emit.
+    pub(crate) emission: f64,
+    pub(crate) capacity: f64,
+    /// Whether the Sun stands on the back of the surface.
+    pub(crate) behind: bool,
+}
 
 /// The triangles of foil by the slots of their nodes.
 pub(crate) struct FoilGains<'a> {
@@ -20,6 +33,23 @@ impl<'a> FoilGains<'a> {
         let surface = &past.scene.surface;
         let slots = |triangle: &FoilTriangle| triangle.nodes.map(|node| surface.nodes[node].slot as usize);
         Self { past, triangles: surface.triangles.iter().map(|triangle| (slots(triangle), triangle)).collect() }
+    }
+
+    /// The derivatives of a place between three nodes, whose temperatures [K] count with radiation between surfaces. `None` where the place is no foil, or where its nodes show what it absorbs.
+    pub(crate) fn derivatives(&self, slots: [usize; 3], weights: [f64; 3], kelvin: [f64; 3]) -> Option<OwnDerivatives> {
+        let triangle = *self.triangles.get(&slots)?;
+        let PastLight { scene, moments, begins } = self.past;
+        let (lit, now) = (self.past.known(triangle), moments.last()?);
+        if lit.is_empty() {
+            return None;
+        }
+        let places = Places::new((&scene.surface, &scene.trees), (moments, *begins), (triangle, &lit));
+        let of_nodes = places.of_nodes(self.past.needs_temperatures().then_some(kelvin))?;
+        let nodes = triangle.nodes.map(|node| &scene.surface.nodes[node]);
+        let place = interpolate(nodes.map(|node| node.position), weights);
+        let [sunlight, emission, capacity] = places.derivatives(place, weights, of_nodes)?;
+        let behind = triangle.both_sides && now.is_behind(nodes[0].joint, triangle.normal);
+        Some(OwnDerivatives { sunlight, emission, capacity, behind })
     }
 
     /// What a place between three nodes takes of the Sun, and what it gains by emission, at a temperature of its own [K], over the area of one face [W/m2]. `emitted` are the
@@ -39,8 +69,9 @@ impl<'a> FoilGains<'a> {
             return None;
         }
         let place = (interpolate(nodes.map(|node| node.position), weights), nodes[0].joint);
-        let is_lit = now.sees_sun(&self.past.scene.trees, place, triangle.normal, triangle.both_sides);
+        let sides = (triangle.normal, triangle.both_sides);
+        let lit = now.sun_share(&self.past.scene.trees, place, sides, SunShape::Disc);
         let open = interpolate(triangle.nodes.map(|node| f64::from(now.nodes[node].open)), weights);
-        Some([if is_lit { open } else { 0.0 }, foil.faces * (now.space - kelvin.powi(4))])
+        Some([lit * open, foil.faces * (now.space - kelvin.powi(4))])
     }
 }

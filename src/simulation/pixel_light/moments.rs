@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
+use super::disc::{SunShape, free_share};
 use super::surface::{FoilNode, FoilSurface};
 use crate::environment::StepLoad;
 use crate::environment::load::solar_flux;
@@ -126,22 +127,30 @@ impl Moment {
         Self { key, length, nodes, space: load.background_temperature.powi(4), rays: shadows.rays.clone() }
     }
 
-    /// Whether a place of a joint (in its frame) sees the Sun past triangles from one of its sides. `side` is a unit normal there.
-    pub(super) fn sees_sun(
+    /// Whether the Sun stands behind a surface of a joint, whose front has this normal in the frame of the joint.
+    pub(super) fn is_behind(&self, joint: u32, front: DVec3) -> bool {
+        let Some(SunRays { sun, poses }) = self.rays.as_deref() else { return false };
+        let [pose, _] = poses.get(joint as usize).copied().unwrap_or([DAffine3::IDENTITY; 2]);
+        (pose.matrix3 * front).dot(*sun) < 0.0
+    }
+
+    /// Share of the Sun that a place of a joint (in its frame) sees past triangles from one of its sides. `side` is a unit normal there.
+    pub(super) fn sun_share(
         &self,
         trees: &JointTrees,
         (place, joint): (DVec3, u32),
-        side: DVec3,
-        both_sides: bool,
-    ) -> bool {
-        let Some(SunRays { sun, poses }) = self.rays.as_deref() else { return false };
+        (side, both_sides): (DVec3, bool),
+        shape: SunShape,
+    ) -> f64 {
+        let Some(SunRays { sun, poses }) = self.rays.as_deref() else { return 0.0 };
         let [pose, _] = poses.get(joint as usize).copied().unwrap_or([DAffine3::IDENTITY; 2]);
         let outward = pose.matrix3 * side;
         let cosine = outward.dot(*sun);
         if cosine == 0.0 || (cosine < 0.0 && !both_sides) {
-            return false;
+            return 0.0;
         }
         let start = pose.transform_point3(place) + trees.start * outward * cosine.signum();
-        !trees.hide(start, *sun, f64::INFINITY, |joint| poses.get(joint).map(|[_, frame]| frame))
+        let frame = |joint: usize| poses.get(joint).map(|[_, frame]| frame);
+        free_share(*sun, shape, |direction| !trees.hide(start, direction, f64::INFINITY, frame))
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::disc::SunShape;
 use super::moments::{Moment, NodeLight};
 use super::surface::{Foil, FoilSurface, FoilTriangle};
 use crate::environment::shadow::JointTrees;
@@ -15,6 +16,8 @@ const APART: usize = 4;
 const TRIALS: usize = 6;
 /// Least change of what a node emits in the end, over a change of what it takes, by which a next trial is chosen.
 const LEAST_SLOPE: f64 = 0.1;
+/// Share by which a value is varied for a derivative.
+const VARIED: f64 = 0.01;
 /// Distance from its temperature at which it is there [K].
 const CLOSE: f64 = 1e-3;
 
@@ -69,13 +72,12 @@ impl<'a> Places<'a> {
     }
 
     /// The nodes by the light that each takes. With their temperatures [K] they take what else brings them there. `None` where the triangle is no foil.
-    pub(super) fn of_nodes(&self, temperatures: Option<&[f64]>) -> Option<[NodeEnd; 3]> {
+    pub(super) fn of_nodes(&self, temperatures: Option<[f64; 3]>) -> Option<[NodeEnd; 3]> {
         let foil = self.foil()?;
-        Some(self.triangle.nodes.map(|node| {
-            let shown = |moment: &Arc<Moment>| f64::from(moment.nodes[node].shown);
+        Some([0, 1, 2].map(|corner| {
+            let shown = |moment: &Arc<Moment>| f64::from(moment.nodes[self.triangle.nodes[corner]].shown);
             let fluxes: Vec<f64> = self.moments.iter().map(shown).collect();
-            let own = temperatures.map(|all| all[self.surface.nodes[node].slot as usize]);
-            self.node_at(&foil, &fluxes, own)
+            self.node_at(&foil, &fluxes, temperatures.map(|all| all[corner]))
         }))
     }
 
@@ -97,23 +99,58 @@ impl<'a> Places<'a> {
         now
     }
 
-    /// How much warmer a place (in the frame of its joint) is than its nodes show.
-    pub(super) fn change(&self, place: DVec3, weights: [f64; 3], of_nodes: [NodeEnd; 3]) -> f64 {
-        let Some(foil) = self.foil() else { return 0.0 };
-        let moments = self.moments;
-        let lit = self.lit(|moment| {
-            let FoilTriangle { normal, both_sides, .. } = self.triangle;
-            moments[moment].sees_sun(self.trees, (place, self.joint()), *normal, *both_sides)
-        });
+    /// How much warmer a place (in the frame of its joint) is than its nodes show [K], and the share of the Sun that it sees in the end.
+    pub(super) fn change(&self, place: DVec3, weights: [f64; 3], of_nodes: [NodeEnd; 3], shape: SunShape) -> [f64; 2] {
+        let Some(foil) = self.foil() else { return [0.0; 2] };
+        let lit = self.lit_at(place, shape);
+        let fluxes: Vec<f64> = self.absorbed(&lit, weights).into_iter().map(|[sun, planet]| sun + planet).collect();
+        let between = |value: fn(&NodeEnd) -> f64| interpolate(of_nodes.map(|node| value(&node)), weights);
+        let kelvin = self.after_past(&foil, &fluxes, between(|node| node.other)) - between(|node| node.kelvin);
+        [kelvin, lit.last().copied().unwrap_or(0.0)]
+    }
+
+    /// By how much more a place changes than its nodes show, for a change by all of what it absorbs of the Sun, of what its faces emit, and of its capacity [K].
+    pub(super) fn derivatives(&self, place: DVec3, weights: [f64; 3], of_nodes: [NodeEnd; 3]) -> Option<[f64; 3]> {
+        let foil = self.foil()?;
+        let absorbed = self.absorbed(&self.lit_at(place, SunShape::Disc), weights);
+        let change = |foil: &Foil, sunlight: f64| {
+            let fluxes: Vec<f64> = absorbed.iter().map(|[sun, planet]| sunlight * sun + planet).collect();
+            let node = |corner: usize| {
+                let of = |moment: &Arc<Moment>| {
+                    let NodeLight { shown, planet, .. } = moment.nodes[self.triangle.nodes[corner]];
+                    sunlight * f64::from(shown - planet) + f64::from(planet)
+                };
+                let fluxes: Vec<f64> = self.moments.iter().map(of).collect();
+                self.after_past(foil, &fluxes, of_nodes[corner].other)
+            };
+            let other = interpolate(of_nodes.map(|node| node.other), weights);
+            self.after_past(foil, &fluxes, other) - interpolate([0, 1, 2].map(node), weights)
+        };
+        let central = |of: &dyn Fn(f64) -> f64| (of(1.0 + VARIED) - of(1.0 - VARIED)) / (2.0 * VARIED);
+        Some([
+            central(&|factor| change(&foil, factor)),
+            central(&|factor| change(&Foil { faces: factor * foil.faces, ..foil }, 1.0)),
+            central(&|factor| change(&Foil { capacity: factor * foil.capacity, ..foil }, 1.0)),
+        ])
+    }
+
+    /// Share of the Sun that a place (in the frame of its joint) sees at each moment.
+    fn lit_at(&self, place: DVec3, shape: SunShape) -> Vec<f64> {
+        let FoilTriangle { normal, both_sides, .. } = self.triangle;
+        self.lit(|moment| {
+            self.moments[moment].sun_share(self.trees, (place, self.joint()), (*normal, *both_sides), shape)
+        })
+    }
+
+    /// What a place that sees these shares of the Sun absorbs of Sun and planet at each moment [W/m2].
+    fn absorbed(&self, lit: &[f64], weights: [f64; 3]) -> Vec<[f64; 2]> {
         let mix = |moment: &Moment, value: fn(&NodeLight) -> f32| {
             interpolate(self.triangle.nodes.map(|node| f64::from(value(&moment.nodes[node]))), weights)
         };
-        let absorbed = |(moment, lit): (&Arc<Moment>, &bool)| {
-            mix(moment, |node| node.planet) + if *lit { mix(moment, |node| node.open) } else { 0.0 }
+        let absorbed = |(moment, lit): (&Arc<Moment>, &f64)| {
+            [lit * mix(moment, |node| node.open), mix(moment, |node| node.planet)]
         };
-        let fluxes: Vec<f64> = moments.iter().zip(&lit).map(absorbed).collect();
-        let between = |value: fn(&NodeEnd) -> f64| interpolate(of_nodes.map(|node| value(&node)), weights);
-        self.after_past(&foil, &fluxes, between(|node| node.other)) - between(|node| node.kelvin)
+        self.moments.iter().zip(lit).map(absorbed).collect()
     }
 
     fn foil(&self) -> Option<Foil> {
@@ -152,18 +189,19 @@ impl<'a> Places<'a> {
         })
     }
 
-    /// Whether a place is lit at each moment. Rays look at a few moments, and between those that differ for the change.
-    fn lit(&self, ray: impl Fn(usize) -> bool) -> Vec<bool> {
-        let look = |moment: usize| self.known[moment].unwrap_or_else(|| ray(moment));
+    /// Share of the Sun at each moment. Rays look at a few moments, and between those that differ for the change.
+    fn lit(&self, rays: impl Fn(usize) -> f64) -> Vec<f64> {
+        let known = |moment: usize| self.known[moment].map(|lit| f64::from(u8::from(lit)));
+        let look = |moment: usize| known(moment).unwrap_or_else(|| rays(moment));
         let last = self.known.len() - 1;
-        let mut lit = vec![false; last + 1];
+        let mut lit = vec![0.0; last + 1];
         (lit[0], lit[last]) = (look(0), look(last));
         let mut between = vec![[0, last]];
         while let Some([low, high]) = between.pop() {
             if high - low < 2 {
                 continue;
             }
-            let is_known = || self.known[low + 1..high].iter().any(|known| *known == Some(!lit[low]));
+            let is_known = || (low + 1..high).filter_map(known).any(|share| share != lit[low]);
             if lit[low] == lit[high] && high - low <= APART && !is_known() {
                 let value = lit[low];
                 lit[low + 1..high].fill(value);
