@@ -48,10 +48,12 @@ fn a_model_in_millimetres_is_told_by_its_length() {
     assert!(large.len() == 1 && large[0].to_string().contains("probably in mm"), "{large:?}");
     assert!(large[0].message.contains("the craft is 1") && large[0].about.contains("made.glb"), "{large:?}");
     assert!(found(&[], scaled(1e-3)).iter().any(|one| one.check == "units"));
-    assert!(found(&[], scaled(5.0)).iter().all(|one| one.check != "units"));
-    // A CubeSat in mm is no longer than a station, but its body is larger. A station is not told.
+    assert!(found(&[], scaled(4.0)).iter().all(|one| one.check != "units"));
+    // A CubeSat in mm or cm is no longer than a station, but its body is larger. A station is not told.
+    let in_cm = found(&[], scaled(5.0));
+    assert!(in_cm.iter().any(|one| one.check == "units" && one.message.contains("encloses 1000 m3")), "{in_cm:?}");
     let vast: Vec<Finding> = found(&[], scaled(15.0)).into_iter().filter(|one| one.check == "units").collect();
-    assert!(vast.len() == 1 && vast[0].message.contains("encloses 27000 m3, more than a space station"), "{vast:?}");
+    assert!(vast.len() == 1 && vast[0].message.contains("encloses 27000 m3, more than any module"), "{vast:?}");
 }
 
 /// Issue 33: millions of edges were split before a word of the unit was said, or the error said nothing of it.
