@@ -44,11 +44,16 @@ impl Checked {
     }
 }
 
-/// Whether a place in the body frame and the file's pose [m] lies off the craft.
-pub(crate) fn is_off_craft(prepared: &Prepared, place: DVec3) -> bool {
+/// Lower and upper corner of the box around the craft, in the body frame and the file's pose [m].
+pub(crate) fn bounds(prepared: &Prepared) -> [DVec3; 2] {
     let corners = prepared.triangles.iter().flatten().map(|node| prepared.nodes.positions[*node as usize].as_dvec3());
     let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-    settings::is_beside(place, corners.fold(none, |[low, high], corner| [low.min(corner), high.max(corner)]))
+    corners.fold(none, |[low, high], corner| [low.min(corner), high.max(corner)])
+}
+
+/// Whether a place in the body frame and the file's pose [m] lies off the craft.
+pub(crate) fn is_off_craft(prepared: &Prepared, place: DVec3) -> bool {
+    settings::is_beside(place, bounds(prepared))
 }
 
 /// Checks a scene.

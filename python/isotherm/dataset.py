@@ -169,13 +169,18 @@ def run(
         for orbit in range(orbits)
         if orbit not in there
     ]
-    told: dict[str, Any] = {"orbits": 0, "orbits_kept": orbits - len(pending), "images": 0, "bytes": 0}
+    told: dict[str, Any] = {"orbits": 0, "orbits_kept": orbits - len(pending), "images": 0, "bytes": 0, "warnings": []}
     while pending:
         done, pending = ray.wait(pending, num_returns=1)
         for made in ray.get(done):
             told["orbits"] += made["orbits"]
             told["images"] += made["images"]
             told["bytes"] += made["bytes"]
+            # Orbits of one scene have the same to tell.
+            for warning in made["warnings"]:
+                if warning not in told["warnings"]:
+                    told["warnings"].append(warning)
+                    print(f"warning: {warning}", file=sys.stderr, flush=True)
         print(f"{orbits - len(pending)} of {orbits} orbits, {told['images']} images", file=sys.stderr, flush=True)
     told["complete"] = ray.get(
         ray.remote(**settings)(finish)

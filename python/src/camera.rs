@@ -115,6 +115,13 @@ impl Camera {
         Ok(Self(camera))
     }
 
+    /// Equal cameras have equal hashes.
+    fn __hash__(&self, py: Python<'_>) -> PyResult<isize> {
+        let Lens { focal: [fx, fy], centre: [cx, cy], skew, .. } = self.0.lens;
+        let size = (self.0.width, self.0.height, self.0.samples);
+        (size, fx, fy, cx, cy, skew, PyTuple::new(py, self.distortion())?).into_pyobject(py)?.hash()
+    }
+
     /// Width in pixels.
     #[getter]
     fn width(&self) -> u32 {

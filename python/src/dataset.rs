@@ -1,8 +1,8 @@
 //! Data sets: a shard of one, made in this process.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use isotherm::package::{Begin, DatasetOrder, DatasetSummary, SceneText, Shard, Spec, make};
 use isotherm::{DatasetError, Reach, SimulationError, Target};
@@ -27,7 +27,8 @@ pub fn dataset_orbits(py: Python<'_>, spec: PathBuf, allow_outside: bool) -> PyR
 }
 
 /// Makes the orbits j of a SPEC file with j mod ``shards`` = ``shard``, as ``isotherm dataset --resume`` does. What is there already is kept. Returns what was
-/// done: ``images``, ``orbits``, ``kept`` (orbits), ``bytes``, ``seconds`` and ``complete``, whether all orbits of the data set are there.
+/// done: ``images``, ``orbits``, ``kept`` (orbits), ``bytes``, ``seconds``, ``complete``, whether all orbits of the data set are
+/// there, and ``warnings``, as ``Simulation.warnings``.
 #[pyfunction]
 #[pyo3(signature = (spec, output, *, shard=0, shards=1, device=None, allow_outside=false))]
 pub fn make_dataset<'py>(
@@ -43,6 +44,7 @@ pub fn make_dataset<'py>(
     if shard >= shards {
         return Err(refused(py, format!("shard {shard} of {shards}: shards count from 0")));
     }
+    let warnings = Mutex::new(Vec::new());
     let work = |stop: &Arc<AtomicBool>| -> Result<DatasetSummary, DatasetError> {
         let loaded = Spec::load(&spec, &reach(&spec, allow_outside))?;
         let scenes = SceneText::load(&loaded.scene, reach(&loaded.scene, allow_outside))?;
@@ -55,7 +57,7 @@ pub fn make_dataset<'py>(
             shard: Shard { index: shard, shards },
             begin: Begin::Resume,
             allows_outside: allow_outside,
-            warn: &|_| (),
+            warn: &|warning| warnings.lock().unwrap_or_else(PoisonError::into_inner).push(warning.to_owned()),
         };
         make(&order, stop, &mut |_, _| ())
     };
@@ -68,6 +70,7 @@ pub fn make_dataset<'py>(
     told.set_item("bytes", made.bytes)?;
     told.set_item("seconds", made.seconds)?;
     told.set_item("complete", made.complete)?;
+    told.set_item("warnings", warnings.into_inner().unwrap_or_else(PoisonError::into_inner))?;
     Ok(told)
 }
 

@@ -27,6 +27,8 @@ def test_tasks_make_what_one_process_makes(spec: Path, tmp_path: Path) -> None:
     assert _native.dataset_orbits(spec) == 2
     alone = _native.make_dataset(spec, tmp_path / "alone", device="cpu")
     assert (alone["images"], alone["orbits"], alone["complete"]) == (4, 2, True)
+    # What `isotherm dataset` tells of it.
+    assert any("no orbit is left for" in warning for warning in alone["warnings"])
     # A folder, and the way to an object store.
     for uri in (str(tmp_path / "folder"), f"local://{tmp_path / 'store'}"):
         for orbit in range(2):

@@ -37,6 +37,9 @@ def test_cameras_and_frames_are_pickled(scene: Path) -> None:
     names = ("width", "height", "fx", "fy", "cx", "cy", "skew", "distortion", "model", "samples", "near", "line_time")
     names += ("exposure_time", "sub_frames")
     assert again == camera and again != camera.replace(fx=61)
+    # A set of cameras has each once, whatever the sign of a 0.
+    turned = camera.replace(skew=-0.0)
+    assert turned == camera and len({camera, again, turned, camera.replace(fx=61)}) == 2
     assert [getattr(again, name) for name in names] == [getattr(camera, name) for name in names]
     assert (
         pickle.loads(pickle.dumps(camera.replace(distortion=[0.1, 0, 0, 0], distortion_model="fisheye"))).model

@@ -102,7 +102,8 @@ pub(crate) fn cube(size: &Size) -> Result<NetworkCase, CaseError> {
         mesh.grid(&at, &at, |x, y| 0.5 * EDGE * *normal + x * *u + y * *v, face);
     }
     let bulk = sheet_of(ALUMINIUM, THICKNESS);
-    let material = ShellMaterial { outer: bulk, emissivity: ALUMINIUM.optics.emissivity, over: None };
+    let material =
+        ShellMaterial { outer: bulk, emissivity: ALUMINIUM.optics.emissivity, both_sides: false, over: None };
     let shell = mesh.shell(material)?;
     let flux = orbit(ALUMINIUM)?;
     let frames = frames(size, &shell, |frame, vertex| flux[frame][mesh.faces[vertex]]);
@@ -122,7 +123,12 @@ pub(crate) fn sheet(size: &Size, slivers: bool) -> Result<NetworkCase, CaseError
     }
     let mut mesh = Mesh::default();
     mesh.grid(&uneven, &even, |x, y| DVec3::new(x, y, 0.0), 0);
-    let material = ShellMaterial { outer: sheet_of(ALUMINIUM, SKIN), emissivity: 2.0 * PAINT.emissivity, over: None };
+    let material = ShellMaterial {
+        outer: sheet_of(ALUMINIUM, SKIN),
+        emissivity: 2.0 * PAINT.emissivity,
+        both_sides: true,
+        over: None,
+    };
     let shell = mesh.shell(material)?;
     let flux = orbit(Panel { optics: PAINT, ..ALUMINIUM })?;
     let frames = frames(size, &shell, |frame, vertex| {
@@ -148,6 +154,7 @@ pub(crate) fn blanket(size: &Size) -> Result<NetworkCase, CaseError> {
     let material = ShellMaterial {
         outer: Sheet::default(),
         emissivity: MLI.optics.emissivity,
+        both_sides: false,
         over: Some((sheet_of(ALUMINIUM, SKIN), EFFECTIVE_EMITTANCE)),
     };
     let shell = mesh.shell(material)?;

@@ -157,11 +157,11 @@ fn neighbours(checked: &Checked) -> String {
         return String::new();
     }
     let mut rows = vec![
-        ["touch without contact", "length or area", "W/K", "left of their difference"].map(str::to_owned).to_vec(),
+        ["neighbours", "apart by", "length or area", "W/K", "left of their difference"].map(str::to_owned).to_vec(),
     ];
     rows.extend(checked.neighbours.iter().take(NEIGHBOURS).map(|pair| {
         let left = format!("{:.1} %", 100.0 * pair.remaining);
-        vec![pair.names(), pair.extent(), short(pair.conductance_w_k), left]
+        vec![pair.names(), pair.reason(), pair.extent(), short(pair.conductance_w_k), left]
     }));
     let per_area = short(checked.neighbours[0].conductance_w_k / checked.neighbours[0].area_m2);
     let mut text = format!("\nNeighbours without contact, and what {per_area} W/(m2 K) would do\n");

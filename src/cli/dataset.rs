@@ -12,7 +12,6 @@ use crate::dataset::orbit_folder::CHECKSUMS;
 use crate::dataset::preview::{SAMPLES, preview};
 use crate::dataset::scene_values::SceneText;
 use crate::dataset::spec::Spec;
-use crate::dataset::split::empty_splits;
 use crate::dataset::store::{Begin, identity};
 use crate::dataset::verify::{Verified, again, checksums, copy_of_spec, labels, picked};
 use crate::dataset::{
@@ -129,19 +128,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let samples: u64 =
         arguments.shard.orbits(&spec).map(|orbit| spec.images_of(orbit)).map(|images| images.end - images.start).sum();
     say!("{} images of {} orbits on {}", spec.samples, spec.orbits(), target.name());
-    if scenes.has_distortion() {
-        say!(
-            "warning: the camera has distortion, for which BOP has no place: its readers draw with cam_K alone, and their masks \
-             lie beside those of the set; COCO, SPEED+ and the labels state it"
-        );
-    }
-    for split in empty_splits(&spec) {
-        say!(
-            "warning: no orbit is left for {}: {} orbits are too few for its share; lower poses_per_orbit",
-            split.name(),
-            spec.orbits()
-        );
-    }
     let bar = progress_bar(samples, "images");
     let order = DatasetOrder {
         spec: &spec,

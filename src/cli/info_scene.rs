@@ -28,15 +28,22 @@ albedo = 0.3
 planet_ir = 237              # [W/m2]
 background_temperature = 2.7 # [K]
 
-[shadows]
+[shadows]                    # parts shade each other,
+[exchange]                   # warm each other,
+
+[network]
+contacts = "auto"            # and conduct where they touch
 "#;
 
 /// A guess of a surface: white paint on 2 mm of aluminium.
 const SURFACE: &str = "\
 absorptivity = 0.29
 emissivity = 0.83
-heat_capacity_per_area = 4860 # [J/(m2 K)]
-response = \"radiative\"
+thickness = 0.002      # [m]
+density = 2700         # [kg/m3]
+specific_heat = 900    # [J/(kg K)]
+conductivity = 160     # [W/(m K)]
+response = \"network\"
 ";
 
 /// The scene of a model at `path`, for a file in the model's folder.

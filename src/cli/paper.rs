@@ -8,11 +8,12 @@ use super::device::{DeviceArguments, check_validation};
 use super::digits::nine_digits;
 use super::error::CliError;
 use super::paper_orbits;
-use super::prepare::prepare_with_progress;
+use super::prepare::{guard, prepare_with_progress};
 use super::progress::{progress_bar, stop_flag};
 use super::reach::ReachArguments;
 use super::time::parse_time;
 use crate::gpu::error::GpuError;
+use crate::guard::finding::CheckEffort;
 use crate::output::OutputError;
 use crate::output::colour::ColourScale;
 use crate::output::console::{answer, say};
@@ -64,12 +65,13 @@ pub(crate) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    let prepared = match &arguments.scene {
+    let mut prepared = match &arguments.scene {
         Some(scene) => prepare_with_progress(scene, arguments.reach)?,
         None => station(arguments.reach)?,
     };
     prepared.scene.require_camera().map_err(PrepareError::from)?;
     prepared.cover(arguments.time)?;
+    guard(&mut prepared, CheckEffort { at: Some(arguments.time), ..CheckEffort::BRIEF });
     let chosen = arguments.device.open()?;
     let device = chosen.name();
     say!("device: {device}");

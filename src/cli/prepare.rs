@@ -7,7 +7,7 @@ use super::progress::{building_bar, show_stage};
 use super::reach::ReachArguments;
 use crate::gpu::plan::{Planned, device_bytes};
 use crate::guard;
-use crate::guard::finding::{CheckEffort, Finding};
+use crate::guard::finding::{CheckEffort, Finding, short};
 use crate::guard::neighbours::{self, NAMED_IN_REPORT};
 use crate::output::console::say;
 use crate::scene::Scene;
@@ -67,10 +67,13 @@ pub(super) fn device_memory(plan: &[Planned]) -> u64 {
     plan.iter().map(|planned| planned.bytes).sum()
 }
 
-/// Prints the number of nodes and triangles, and their memory on the device.
+/// Prints the size of the craft, the number of nodes and triangles, and their memory on the device.
 pub(super) fn say_size(prepared: &Prepared, plan: &[Planned], chosen: &Target) {
     let nodes = prepared.nodes.count;
-    say!("{}: {nodes} nodes, {} triangles on {}", prepared.scene.name, prepared.triangle_count(), chosen.name());
+    let [low, high] = guard::bounds(prepared);
+    let [x, y, z] = (high - low).to_array().map(short);
+    let (name, triangles) = (&prepared.scene.name, prepared.triangle_count());
+    say!("{name}: {x} x {y} x {z} m, {nodes} nodes, {triangles} triangles on {}", chosen.name());
     if let Target::Device(context) = chosen {
         let all = device_memory(plan);
         let of_nodes = device_bytes(plan);

@@ -13,7 +13,9 @@ use super::orbit::OrbitRun;
 use super::orbit_folder::sum_of;
 use super::orbits_at_once::{Orbits, orbits_at_once};
 use super::order::{DatasetOrder, DatasetSummary, Shard, place};
+use super::scene_values::SceneText;
 use super::spec::Spec;
+use super::split::empty_splits;
 use super::store::{REPORT, Store};
 use super::whole::{SCENE, finish, is_complete};
 use crate::files;
@@ -76,6 +78,7 @@ pub fn make(
     };
     if let Some(first) = &first {
         first.check_symmetries()?;
+        warnings(spec, scenes).iter().for_each(|warning| warn(warning));
         first.warnings().iter().for_each(|warning| warn(warning));
     }
     let store = Store::open(root, &identity, begin, &mut shard.orbits(spec).map(|orbit| place(spec, orbit)))?;
@@ -96,6 +99,23 @@ pub fn make(
     made.seconds = began.elapsed().as_secs_f64();
     report(&store, shard, (target, at_once), &made)?;
     Ok(made)
+}
+
+/// What readers of the files and of a split will miss.
+fn warnings(spec: &Spec, scenes: &SceneText) -> Vec<String> {
+    let distorted = scenes.has_distortion().then(|| {
+        "the camera has distortion, for which BOP has no place: its readers draw with cam_K alone, and their masks lie \
+         beside those of the set; COCO, SPEED+ and the labels state it"
+            .to_owned()
+    });
+    let empty = empty_splits(spec).into_iter().map(|split| {
+        format!(
+            "no orbit is left for {}: {} orbits are too few for its share; lower poses_per_orbit",
+            split.name(),
+            spec.orbits()
+        )
+    });
+    distorted.into_iter().chain(empty).collect()
 }
 
 /// Writes the report of a process, which holds times and is under no checksum.

@@ -70,13 +70,7 @@ pub(super) fn facts(prepared: &Prepared) -> Vec<MaterialFacts> {
         let conducts = matches!(material.response, Response::Network);
         MaterialFacts {
             name: material.name.clone(),
-            response: match material.response {
-                Response::Instant => "instant",
-                Response::Transition(_) => "transition",
-                Response::Radiative(_) => "radiative",
-                Response::Network => "network",
-                Response::Given => "given",
-            },
+            response: material.response.name(),
             area_m2: area,
             hottest_k: balance_temperature(absorbed, emissivity_sum(material), space),
             capacity,

@@ -1,9 +1,9 @@
 //! Neighbours in the network that nothing joins.
 
 use super::finding::{Finding, short};
-use crate::scene::{NEIGHBOUR_CONDUCTANCE, NeighbourContacts};
+use crate::scene::{CONTACT_DISTANCE, LISTED_DISTANCE, NEIGHBOUR_CONDUCTANCE, NeighbourContacts};
 use crate::simulation::prepare::Prepared;
-use crate::thermal::shell::Neighbours;
+use crate::thermal::shell::{ApartBy, Neighbours};
 
 /// Most pairs that a warning names.
 pub(super) const NAMED: usize = 3;
@@ -15,6 +15,7 @@ pub(crate) const NAMED_IN_REPORT: usize = 12;
 pub(crate) struct NeighbourFacts {
     /// Part and material of both.
     pub(crate) between: [[String; 2]; 2],
+    pub(crate) apart_by: ApartBy,
     /// Area in contact [m2]. Along edges: the length times the thinner thickness.
     pub(crate) area_m2: f64,
     /// Length in contact [m], where they touch along edges alone.
@@ -32,6 +33,7 @@ impl NeighbourFacts {
         };
         Self {
             between: pair.groups.map(name),
+            apart_by: pair.apart_by,
             area_m2: pair.area,
             length_m: pair.length,
             conductance_w_k: pair.conductance,
@@ -42,12 +44,23 @@ impl NeighbourFacts {
     /// Both names, with what tells them apart.
     pub(crate) fn names(&self) -> String {
         let [[part, material], [other, other_material]] = &self.between;
-        if part == other {
+        if part == other && material == other_material {
+            format!("'{part}' ({material}) with itself")
+        } else if part == other {
             format!("'{material}' and '{other_material}' of '{part}'")
         } else if material == other_material {
             format!("'{part}' and '{other}'")
         } else {
             format!("'{part}' ({material}) and '{other}' ({other_material})")
+        }
+    }
+
+    /// Why nothing joins them.
+    pub(crate) fn reason(&self) -> String {
+        match self.apart_by {
+            ApartBy::NoContact => "no contact".to_owned(),
+            ApartBy::Gap => format!("a gap below {} mm", 1e3 * LISTED_DISTANCE),
+            ApartBy::Response => "one is outside the network".to_owned(),
         }
     }
 
@@ -63,29 +76,60 @@ pub(super) fn facts(prepared: &Prepared) -> Vec<NeighbourFacts> {
 }
 
 /// Warns of neighbours where the scene says nothing of them, and names at most `most` pairs.
-pub(crate) fn check(prepared: &Prepared, facts: &[NeighbourFacts], most: usize) -> Option<Finding> {
-    if facts.is_empty() || prepared.scene.network.neighbours != NeighbourContacts::Unstated {
-        return None;
+pub(crate) fn check(prepared: &Prepared, facts: &[NeighbourFacts], most: usize) -> Vec<Finding> {
+    let named = |apart_by: ApartBy| {
+        let pairs: Vec<&NeighbourFacts> = facts.iter().filter(|pair| pair.apart_by == apart_by).collect();
+        (!pairs.is_empty()).then(|| in_words(&pairs, most))
+    };
+    let finding = |about: &str, message: String, remedy: String| Finding {
+        check: "contacts",
+        about: about.to_owned(),
+        message,
+        remedy,
+    };
+    let touching = |pairs: String| {
+        finding(
+            "network.contacts",
+            format!(
+                "neighbours touch, but no [[contact]] joins them, so they are isolated. With {NEIGHBOUR_CONDUCTANCE} W/(m2 K) {pairs}"
+            ),
+            "state contacts = \"auto\" in [network] to join all that touches, or \"stated\" if they are isolated"
+                .to_owned(),
+        )
+    };
+    let near = |pairs: String| {
+        finding(
+            "network.contact_distance",
+            format!(
+                "neighbours lie more than {CONTACT_DISTANCE} m and at most {LISTED_DISTANCE} m apart, so they are isolated. \
+                 With {NEIGHBOUR_CONDUCTANCE} W/(m2 K) {pairs}"
+            ),
+            format!(
+                "if they touch, state contacts = \"auto\" in [network] with a contact_distance that covers the gap; if not, \
+                 contact_distance = {CONTACT_DISTANCE} or contacts = \"stated\""
+            ),
+        )
+    };
+    match prepared.scene.network.neighbours {
+        NeighbourContacts::Unstated => {
+            let touch = named(ApartBy::NoContact).map(touching);
+            touch.into_iter().chain(named(ApartBy::Gap).map(near)).collect()
+        }
+        NeighbourContacts::Auto { distance: None, .. } => named(ApartBy::Gap).map(near).into_iter().collect(),
+        NeighbourContacts::Auto { .. } | NeighbourContacts::Stated => Vec::new(),
     }
+}
+
+/// Some pairs in words: at most `most`, and where the rest is listed.
+fn in_words(facts: &[&NeighbourFacts], most: usize) -> String {
     let pairs = facts.iter().take(most).map(|pair| {
         let left = 100.0 * pair.remaining;
         format!("{} over {} would keep {left:.1} % of their difference in temperature", pair.names(), pair.extent())
     });
-    let pairs: Vec<String> = pairs.collect();
-    let more = facts.len().saturating_sub(most);
-    let more = match more {
-        0 => String::new(),
-        1 => "; and there is 1 more pair".to_owned(),
-        more => format!("; and there are {more} more pairs"),
-    };
-    Some(Finding {
-        check: "contacts",
-        about: "network.contacts".to_owned(),
-        message: format!(
-            "neighbours touch, but no [[contact]] joins them, so they are isolated. With {NEIGHBOUR_CONDUCTANCE} W/(m2 K) {}{more}",
-            pairs.join("; ")
-        ),
-        remedy: "state contacts = \"auto\" in [network] to join all that touches, or \"stated\" if they are isolated; isotherm check lists all"
-            .to_owned(),
-    })
+    let pairs = pairs.collect::<Vec<_>>().join("; ");
+    match facts.len().saturating_sub(most) {
+        0 => pairs,
+        1 => format!("{pairs}; and there is 1 more pair, which isotherm check lists"),
+        more => format!("{pairs}; and there are {more} more pairs, which isotherm check lists"),
+    }
 }

@@ -10,8 +10,9 @@ use crate::simulation::density::LONGEST_CRAFT;
 use crate::simulation::prepare::Prepared;
 use crate::thermal::material::Sides;
 
-/// No closed body in orbit encloses more [m3]. All modules of the International Space Station together enclose 1,005 m3.
-const LARGEST_BODY: f64 = 1500.0;
+/// No closed body of a craft encloses more [m3]: Skylab's largest has 350, and all modules of the International Space Station together 1,005. A CubeSat
+/// of one unit in cm has 1,000.
+const LARGEST_BODY: f64 = 900.0;
 /// No craft is longer along each of its axes [m]. The International Space Station is flat: 109 m by 73 m by less than 50 m.
 const LARGEST_BLOCK: f64 = 50.0;
 /// Triangles from which a model of one part is an asteroid or the like, and no simple craft in mm.
@@ -159,7 +160,10 @@ fn find_vast(prepared: &Prepared, shapes: &[PartShape], size: DVec3) -> Option<S
     let why = match shapes.iter().find(vast) {
         Some(body) => {
             let part = &prepared.parts[body.part as usize];
-            format!("its part '{part}' encloses {} m3, more than a space station", short(body.volume.abs()))
+            format!(
+                "its part '{part}' encloses {} m3, more than any module of a space station",
+                short(body.volume.abs())
+            )
         }
         None if size.min_element() > LARGEST_BLOCK => "no craft is so large along all its axes".to_owned(),
         None => return None,

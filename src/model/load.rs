@@ -13,7 +13,9 @@ use super::error::counted;
 use super::graph::{self, Instance};
 use super::measure::area_vector;
 use super::primitive::{Geometry, read_mesh};
-use super::{Model, ModelError, ModelFault, ModelMaterial, Part, Skipped, animation, buffer, container, instances};
+use super::{
+    Model, ModelError, ModelFault, ModelMaterial, Part, Skipped, animation, buffer, container, format, instances,
+};
 use crate::files::{self, Reach};
 use crate::stop::Watch;
 use crate::text::plain;
@@ -66,8 +68,9 @@ impl Model {
 }
 
 fn read(bytes: &[u8], path: &Path, reach: &Reach) -> Result<Model, ModelFault> {
-    let container = container::split(bytes)?;
-    let document = Document::parse(container.json)?;
+    let named = |fault| format::named(fault, path);
+    let container = container::split(bytes).map_err(named)?;
+    let document = Document::parse(container.json).map_err(named)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let buffers = buffer::load(&document, container.binary, folder, reach)?;
     let accessors = Accessors::new(&document, container.json.len(), &buffers);

@@ -209,7 +209,7 @@ pub(super) const INITIAL: &[&str] = &["temperature"];
 pub(super) const TEMPERATURES: &[&str] = &["file", "by", "map", "distance", "unmapped", "start", "unit", "array"];
 pub(super) const PROBE: &[&str] = &["name", "position", "part"];
 pub(super) const NETWORK: &[&str] =
-    &["integrator", "tolerance", "merge_rate", "contacts", "contact_conductance_per_area"];
+    &["integrator", "tolerance", "merge_rate", "contacts", "contact_conductance_per_area", "contact_distance"];
 pub(super) const CONTACT: &[&str] =
     &["between", "between_materials", "distance", "conductance", "conductance_per_area"];
 pub(super) const HEATER: &[&str] = &["part", "power", "probe", "on_below", "off_above", "initially_on"];

@@ -13,6 +13,8 @@ use crate::thermal::shell::{ContactConductance, MERGE_RATE};
 
 /// Default largest distance between surfaces in contact [m].
 pub(crate) const CONTACT_DISTANCE: f64 = 1e-3;
+/// Distance up to which neighbours are told although they do not touch [m].
+pub(crate) const LISTED_DISTANCE: f64 = 5e-3;
 /// Default conductance of neighbours [W/(m2 K)]. An assumption: of the order of bolted metal without filler in vacuum.
 pub(crate) const NEIGHBOUR_CONDUCTANCE: f64 = 300.0;
 
@@ -23,8 +25,13 @@ pub(crate) enum NeighbourContacts {
     Unstated,
     /// The scene says that only stated contacts count.
     Stated,
-    /// They are joined, with a conductance per area [W/(m2 K)].
-    Auto(f64),
+    /// They are joined.
+    Auto {
+        /// Conductance per area [W/(m2 K)].
+        per_area: f64,
+        /// Largest distance between surfaces that touch [m], where the scene states one.
+        distance: Option<f64>,
+    },
 }
 
 /// How a network is built and integrated.
@@ -112,18 +119,27 @@ pub(super) fn settings(
 
 fn neighbours(section: &Section, assumptions: &mut Vec<String>) -> Result<NeighbourContacts, SceneError> {
     const PER_AREA: &str = "contact_conductance_per_area";
+    const DISTANCE: &str = "contact_distance";
     let choices = [("auto", true), ("stated", false)];
     let per_area = section.number(PER_AREA, Quantity::positive("W/(m2 K)"))?;
+    let distance = section.number(DISTANCE, Quantity::positive("m"))?;
     let auto = section.choice("contacts", &choices)?;
+    let unused = [(PER_AREA, per_area), (DISTANCE, distance)].into_iter().find(|(_, value)| value.is_some());
+    if let Some((key, _)) = unused.filter(|_| auto != Some(true)) {
+        return Err(section.clash(key, &["contacts"], "needs contacts = \"auto\""));
+    }
     match auto {
-        Some(true) => Ok(NeighbourContacts::Auto(per_area.unwrap_or_else(|| {
-            assumptions.push(format!(
-                "Neighbours conduct {NEIGHBOUR_CONDUCTANCE} W/(m2 K) where they touch within {CONTACT_DISTANCE} m \
-                 (network.{PER_AREA} is absent)."
-            ));
-            NEIGHBOUR_CONDUCTANCE
-        }))),
-        _ if per_area.is_some() => Err(section.clash(PER_AREA, &["contacts"], "needs contacts = \"auto\"")),
+        Some(true) => {
+            let within = distance.unwrap_or(CONTACT_DISTANCE);
+            let per_area = per_area.unwrap_or_else(|| {
+                assumptions.push(format!(
+                    "Neighbours conduct {NEIGHBOUR_CONDUCTANCE} W/(m2 K) where they touch within {within} m \
+                     (network.{PER_AREA} is absent)."
+                ));
+                NEIGHBOUR_CONDUCTANCE
+            });
+            Ok(NeighbourContacts::Auto { per_area, distance })
+        }
         Some(false) => Ok(NeighbourContacts::Stated),
         None => Ok(NeighbourContacts::Unstated),
     }

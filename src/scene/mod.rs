@@ -77,7 +77,8 @@ pub use material::MaterialRule;
 pub(crate) use material::MaterialRules;
 pub(crate) use material_record::MaterialRecord;
 pub(crate) use mesh_network::{
-    CONTACT_DISTANCE, ContactRule, MeshHeater, NEIGHBOUR_CONDUCTANCE, NeighbourContacts, NetworkSettings, OwnerPatterns,
+    CONTACT_DISTANCE, ContactRule, LISTED_DISTANCE, MeshHeater, NEIGHBOUR_CONDUCTANCE, NeighbourContacts,
+    NetworkSettings, OwnerPatterns,
 };
 pub use motion::Motion;
 pub use output::{ImageFile, ImageFiles, Video};

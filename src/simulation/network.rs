@@ -22,17 +22,19 @@ pub(crate) use run::NetworkRun;
 pub use run::StepCost;
 pub(crate) use saved::NetworkRunState;
 
+use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::gpu::effects::network::order::DrawnNodes;
 use crate::gpu::effects::network::tables::OnePassTables;
 use crate::model::nodes::{GROUP, Nodes};
+use crate::thermal::material::{Material, Response};
 use crate::thermal::network::connection::root;
 use crate::thermal::network::control::IntegrationSettings;
 use crate::thermal::network::one_pass::{Conduction, OnePassHeater, OnePassPlan, Unfit};
 use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
 use crate::thermal::network::{Network, NodeKind};
-use crate::thermal::shell::{NO_NODE, Shell};
+use crate::thermal::shell::{ApartBy, NO_NODE, Shell};
 
 /// Remark for readers of a network's temperatures without `[exchange]`.
 pub(crate) const HOLLOW: &str = "A thermal network exchanges heat with space, Sun and planet on the outside of bodies only: \
@@ -219,7 +221,7 @@ impl SceneNetwork {
     }
 
     /// Remarks for the user.
-    pub(super) fn remarks(&self) -> Vec<String> {
+    pub(super) fn remarks(&self, materials: &[Material]) -> Vec<String> {
         let summary = &self.shell.summary;
         let mut remarks = Vec::new();
         if let Some(Err(unfit)) = &self.one_pass {
@@ -237,7 +239,24 @@ impl SceneNetwork {
                 summary.clamped, summary.clamped_share
             ));
         }
+        remarks.extend(self.beside(materials));
         remarks
+    }
+
+    /// Remark on materials outside the network that lie at its surfaces.
+    fn beside(&self, materials: &[Material]) -> Option<String> {
+        let apart = self.shell.summary.neighbours.iter().filter(|pair| pair.apart_by == ApartBy::Response);
+        let outside = apart.flat_map(|pair| pair.groups).map(|[_, material]| &materials[material as usize]);
+        let outside = outside.filter(|material| material.response != Response::Network);
+        let names: BTreeSet<String> =
+            outside.map(|material| format!("'{}' ({})", material.name, material.response.name())).collect();
+        (!names.is_empty()).then(|| {
+            format!(
+                "materials outside the network lie at its surfaces, and nothing conducts between them: {}. With \
+                 response = \"network\" they can be joined",
+                names.into_iter().collect::<Vec<_>>().join(", ")
+            )
+        })
     }
 
     /// The network in words, as pairs of name and value.

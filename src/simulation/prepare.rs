@@ -194,7 +194,7 @@ impl Prepared {
         let given = GivenTemperatures::new(&scene, &parts, &nodes)?.map(Arc::new);
         warnings.extend(given.iter().flat_map(|given| given.warnings().to_vec()));
         let network = steps::network(&mut scene, shell, &parts, &nodes, &probes, &materials)?;
-        warnings.extend(network.iter().flat_map(|network| network.remarks()));
+        warnings.extend(network.iter().flat_map(|network| network.remarks(&materials)));
         progress(PrepareStage::Patches);
         let like = like.and_then(|like| like.exchange.as_ref());
         let exchange = steps::exchange(&scene, &nodes, &triangles, network.as_deref(), &materials, &loads, like)?;

@@ -204,6 +204,17 @@ pub enum Response {
 }
 
 impl Response {
+    /// The name that scenes give it.
+    pub(crate) fn name(&self) -> &'static str {
+        match self {
+            Self::Instant => "instant",
+            Self::Transition(_) => "transition",
+            Self::Radiative(_) => "radiative",
+            Self::Network => "network",
+            Self::Given => "given",
+        }
+    }
+
     /// Whether the temperature of a node by itself depends on its past.
     pub(crate) fn has_memory(&self) -> bool {
         match self {

@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use super::balance::emissivity_sum;
-use super::material::Material;
+use super::material::{Material, Sides};
 use super::network::Network;
 
 mod areas;
@@ -26,6 +26,9 @@ pub(crate) const NO_NODE: u32 = u32::MAX;
 
 /// Pairs of nodes that exchange heat faster than this [1/s] are merged, unless the scene gives another rate (docs/numerics.md 3).
 pub(crate) const MERGE_RATE: f64 = 60.0;
+
+/// Thickness of a sheet outside the network whose material states none [m].
+const UNSTATED_THICKNESS: f64 = 1e-3;
 
 /// The surface from which a network is made.
 #[derive(Debug, Clone, Copy)]
@@ -54,6 +57,8 @@ pub(crate) struct ShellMaterial {
     pub(crate) outer: Sheet,
     /// Sum of the emissivities of the faces that see space.
     pub(crate) emissivity: f64,
+    /// Whether both faces do. The drawn surface then is the middle of the sheet.
+    pub(crate) both_sides: bool,
     /// The structure below, and the effective emittance between the two sheets.
     pub(crate) over: Option<(Sheet, f64)>,
 }
@@ -93,11 +98,24 @@ pub enum ShellError {
     },
 }
 
+/// Why nothing joins two neighbours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum ApartBy {
+    /// They touch, and no contact joins them.
+    NoContact,
+    /// There is a gap between them, wider than that of surfaces that touch.
+    Gap,
+    /// One of them is not in the network.
+    Response,
+}
+
 /// Two neighbours without contact.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Neighbours {
     /// Part and material of both.
     pub(crate) groups: [[u32; 2]; 2],
+    pub(crate) apart_by: ApartBy,
     /// Area in contact [m2]. Along edges: the length times the thinner thickness.
     pub(crate) area: f64,
     /// Length in contact [m], where they touch along edges alone.
@@ -172,12 +190,29 @@ impl ShellMaterial {
             let (capacitance, thickness) = (over.capacity_per_area(), over.thickness);
             (Sheet { capacitance, conductance: thickness * over.conductivity, thickness }, over.effective_emittance)
         });
-        Ok(Self { outer, emissivity: emissivity_sum(material), over })
+        Ok(Self { outer, over, ..Self::outside(material) })
+    }
+
+    /// A material outside the network, which neighbours are told of.
+    pub(crate) fn outside(material: &Material) -> Self {
+        let thickness = material.bulk.thickness.unwrap_or(UNSTATED_THICKNESS);
+        Self {
+            outer: Sheet { thickness, ..Sheet::default() },
+            emissivity: emissivity_sum(material),
+            both_sides: matches!(material.sides, Sides::Both { .. }),
+            over: None,
+        }
     }
 
     /// The sheet that contacts act on: the structure where there is one below.
     fn inner(&self) -> Sheet {
         self.over.map_or(self.outer, |(below, _)| below)
+    }
+
+    /// Depth of the sheet behind and before the drawn surface [m].
+    fn filled(&self) -> [f64; 2] {
+        let thickness = self.inner().thickness;
+        if self.both_sides { [0.5 * thickness; 2] } else { [thickness, 0.0] }
     }
 
     /// Whether coincident vertices share a node in either layer.

@@ -56,6 +56,8 @@ fn info_makes_a_scene_of_a_model() {
     folder.write("begun.toml", &scene);
     let checked = json(folder.0.path(), &["check", "begun.toml", "--json"]);
     assert_eq!(scene.matches("[[material]]").count(), 3, "{scene}");
+    // As the tutorial begins: without exchange, cavities see nothing but space.
+    assert!(scene.contains("[exchange]") && scene.contains("response = \"network\""), "{scene}");
     let quick = scene.replace("steps = 96", "steps = 1").replace("draw_every = 24", "draw_every = 1");
     folder.write("begun.toml", &quick.replace("warm_up", "# warm_up"));
     succeed(folder.0.path(), &["run", "begun.toml", "-o", "out"]);

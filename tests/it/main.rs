@@ -48,6 +48,7 @@ mod materials;
 mod mesh_network;
 mod model;
 mod names;
+mod neighbours;
 mod network;
 mod network_file;
 mod one_pass;

@@ -152,3 +152,18 @@ fn a_scene_that_is_not_there_is_told_before_anything_is_written() {
     assert!(ran.err.contains("models/station.toml: cannot be read"), "{}", ran.err);
     assert!(!folder.path().join("out").exists());
 }
+
+/// Other commands told it, and this one did not.
+#[test]
+fn what_is_probably_wrong_is_told_before_the_work() {
+    let folder = tempfile::tempdir().unwrap();
+    cube_scene(folder.path());
+    let scene = folder.path().join("cube.toml");
+    let text = std::fs::read_to_string(&scene).unwrap();
+    std::fs::write(&scene, format!("{text}\n[[probe]]\nname = 'far'\nposition = [90, 0, 0]\n")).unwrap();
+    // The folder that is already full ends the command.
+    std::fs::create_dir(folder.path().join("out")).unwrap();
+    std::fs::write(folder.path().join("out/index.html"), "of another run").unwrap();
+    let ran = run(folder.path(), &["paper", "-o", "out", "--scene", "cube.toml", "--device", "cpu"]);
+    assert!(ran.code == 2 && ran.err.contains("warning: probe 'far': lies off the craft"), "{}", ran.err);
+}

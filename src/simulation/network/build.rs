@@ -7,7 +7,7 @@ use wildmatch::WildMatch;
 use super::{Heated, SceneNetwork};
 use crate::model::Model;
 use crate::model::nodes::{Nodes, PADDING};
-use crate::scene::{CONTACT_DISTANCE, ContactRule, NEIGHBOUR_CONDUCTANCE, NeighbourContacts, Scene};
+use crate::scene::{CONTACT_DISTANCE, ContactRule, LISTED_DISTANCE, NEIGHBOUR_CONDUCTANCE, NeighbourContacts, Scene};
 use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::material::{Material, Response};
 use crate::thermal::network::control::{IntegrationSettings, ONE_PASS_TOLERANCE};
@@ -41,11 +41,19 @@ pub(in crate::simulation) fn shell(
     let contacts =
         scene.contacts.iter().map(|rule| contact(rule, scene, parts, materials)).collect::<Result<Vec<_>, _>>()?;
     let space = scene.environment.background_temperature.unwrap_or(0.0);
-    let (join, per_area) = match scene.network.neighbours {
-        NeighbourContacts::Auto(per_area) => (true, per_area),
-        NeighbourContacts::Stated | NeighbourContacts::Unstated => (false, NEIGHBOUR_CONDUCTANCE),
+    let all: Vec<ShellMaterial> = materials
+        .iter()
+        .zip(&shells)
+        .map(|(one, shell)| shell.unwrap_or_else(|| ShellMaterial::outside(one)))
+        .collect();
+    let stated = scene.network.neighbours;
+    let (join, per_area, distance) = match stated {
+        NeighbourContacts::Auto { per_area, distance } => (true, per_area, distance.unwrap_or(CONTACT_DISTANCE)),
+        NeighbourContacts::Stated | NeighbourContacts::Unstated => (false, NEIGHBOUR_CONDUCTANCE, CONTACT_DISTANCE),
     };
-    let neighbours = NeighbourRule { distance: CONTACT_DISTANCE, per_area, join, joints };
+    // Who says that only stated contacts count has no use for a list of what nearly touches.
+    let listed_distance = if stated == NeighbourContacts::Stated { distance } else { LISTED_DISTANCE };
+    let neighbours = NeighbourRule { distance, listed_distance, per_area, join, joints, all: &all };
     Shell::new(&surface, &shells, &contacts, Some(neighbours), scene.network.merge_rate, space).map(Some).map_err(wrong)
 }
 

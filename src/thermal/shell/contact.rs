@@ -97,7 +97,7 @@ impl Contact {
         // The larger side is scanned, so that a plate of two triangles does not hold the work of all threads.
         let turned = sides[0].corners.len() < sides[1].corners.len();
         let sides = if turned { [sides[1], sides[0]] } else { sides };
-        let faces = Faces { sides, distance: self.distance, back_to_back: false }.find();
+        let faces = Faces { sides, distance: self.distance, pieces: None }.find();
         let edges = edge_touches(sides, self.distance, &faces.met);
         touches(faces, edges).map(|touch| (touch.nodes, touch.area)).collect()
     }

@@ -11,8 +11,12 @@ use crate::thermal::network::{LinearConductor, NodeKind};
 mod meshes;
 
 /// Stores 1 J/(m2 K) and conducts k h = 1 W/K.
-const UNIT: ShellMaterial =
-    ShellMaterial { outer: Sheet { capacitance: 1.0, conductance: 1.0, thickness: 1.0 }, emissivity: 0.0, over: None };
+const UNIT: ShellMaterial = ShellMaterial {
+    outer: Sheet { capacitance: 1.0, conductance: 1.0, thickness: 1.0 },
+    emissivity: 0.0,
+    both_sides: false,
+    over: None,
+};
 
 /// Integrates C dT/dt = sum GL (Tj - Ti) by Heun's method to `time`. Returns the temperatures and the least temperature.
 fn conducted(network: &Network, mut t: Vec<f64>, time: f64) -> (Vec<f64>, f64) {
@@ -177,6 +181,7 @@ fn a_load_on_one_panel_of_a_fold_warms_both_ends_alike() {
     let metal = ShellMaterial {
         outer: Sheet { capacitance: 2430.0, conductance: 0.05, thickness: 0.001 },
         emissivity: 0.8,
+        both_sides: false,
         over: None,
     };
     // Nothing changes along the fold, so neither may the temperature. Returns its largest difference along any line parallel to it [K], and its mean.
@@ -267,6 +272,7 @@ fn slivers_are_merged_and_a_fine_mesh_is_not() {
     let metal = ShellMaterial {
         outer: Sheet { capacitance: 2430.0, conductance: 0.2, thickness: 0.001 },
         emissivity: 0.8,
+        both_sides: false,
         over: None,
     };
     let strip = |narrow: f64| {
@@ -292,6 +298,7 @@ fn a_blanket_lies_over_its_structure() {
     let blanket = ShellMaterial {
         outer: Sheet::default(),
         emissivity: 0.6,
+        both_sides: false,
         over: Some((Sheet { capacitance: 5000.0, conductance: 0.3, thickness: 0.002 }, 0.02)),
     };
     let shell = mesh.shell(blanket);

@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::polygon::{HalfPlane, Polygon};
-use super::side::{ContactGroups, ContactSide, owners};
+use super::side::{ContactGroups, ContactSide, NO_PIECE, owners};
 
 /// Cosine of the largest angle between two triangles in contact: 45 deg. A steeper triangle touches along an edge.
 const STEEPEST: f64 = std::f64::consts::FRAC_1_SQRT_2;
@@ -103,8 +103,9 @@ fn gap(from: &HalfPlane, to: &HalfPlane) -> HalfPlane {
 pub(super) struct Faces<'a> {
     pub(super) sides: [&'a ContactSide; 2],
     pub(super) distance: f64,
-    /// Whether faces that look away from each other touch where their sheets fill the gap, as the two skins of a panel do.
-    pub(super) back_to_back: bool,
+    /// The piece of each triangle, where neighbours are sought. Both sides are then the same, surfaces also touch where their sheets fill the gap, as the
+    /// two skins of a panel do, and a part and material touches itself in other pieces and through a slab.
+    pub(super) pieces: Option<&'a [u32]>,
 }
 
 impl Faces<'_> {
@@ -131,17 +132,44 @@ impl Faces<'_> {
         (0..first.corners.len()).into_par_iter().fold(Found::default, of_triangle).reduce(Found::default, both)
     }
 
-    /// Greatest distance between faces that look away from each other, with sheets of this thickness together [m].
-    fn reach(&self, thickness: f64) -> f64 {
-        if self.back_to_back { self.distance.max(thickness * (1.0 + SAME_GAP)) } else { self.distance }
+    /// Greatest distance between surfaces whose sheets fill this gap [m].
+    fn reach(&self, filled: f64) -> f64 {
+        if self.pieces.is_some() { self.distance.max(filled * (1.0 + SAME_GAP)) } else { self.distance }
     }
 
-    /// Whether two triangles can be in contact. Triangles of one part and material conduct through their mesh. Where both belong to both sides, one
-    /// order counts.
+    /// Whether two triangles can be in contact. Where both belong to both sides, one order counts.
     fn are_pair(&self, a: usize, b: usize) -> bool {
         let [first, second] = self.sides;
         let twice = || first.has(second.numbers[b]) && second.has(first.numbers[a]);
-        first.groups[a] != second.groups[b] && (first.numbers[a] < second.numbers[b] || !twice())
+        let once = first.numbers[a] < second.numbers[b] || !twice();
+        once && (first.groups[a] != second.groups[b] || self.are_own_pair(a, b))
+    }
+
+    /// Whether two triangles of one part and material can be in contact. One piece conducts along its mesh, and only through a slab between faces that
+    /// look away from each other.
+    fn are_own_pair(&self, a: usize, b: usize) -> bool {
+        let [first, second] = self.sides;
+        self.pieces.is_some_and(|pieces| pieces[a] != NO_PIECE && pieces[b] != NO_PIECE)
+            && (!self.is_one_piece(a, b)
+                || first.normals[a].dot(second.normals[b]) < -STEEPEST
+                    && first.nodes[a].iter().all(|node| !second.nodes[b].contains(node)))
+    }
+
+    fn is_one_piece(&self, a: usize, b: usize) -> bool {
+        self.pieces.is_some_and(|pieces| pieces[a] == pieces[b] && pieces[a] != NO_PIECE)
+    }
+
+    /// Greatest gaps below and above the first of two triangles within which they touch [m]. The frame's normal is along the first one.
+    fn limits(&self, a: usize, b: usize) -> [f64; 2] {
+        let [first, second] = self.sides;
+        let [below, above] = first.filled[a];
+        // Behind a face that looks the same way lies what the other turns to this one.
+        let turned = first.normals[a].dot(second.normals[b]) < 0.0;
+        let [behind, before] = second.filled[b];
+        let [up, down] = if turned { [behind, before] } else { [before, behind] };
+        // Faces of one piece that look at each other have a slit between them.
+        let above = if self.is_one_piece(a, b) { -SAME_GAP * self.distance } else { self.reach(above + down) };
+        [self.reach(below + up), above]
     }
 
     /// Adds the areas of contact of two triangles.
@@ -154,10 +182,8 @@ impl Faces<'_> {
         let apart = gap(&lower, &upper);
         let flat = [0, 1].map(|side| frame.polygon(corners[side], normals[side]));
         let common = flat[0].within(&flat[1].sides());
-        // The frame's normal is along the first one. Below it, faces with opposite normals look away from each other.
-        let away = normals[0].dot(normals[1]) < 0.0;
-        let below = if away { self.reach(first.thickness[a] + second.thickness[b]) } else { self.distance };
-        let common = common.within(&[apart.above(-below), apart.reversed().above(-self.distance)]);
+        let [below, above] = self.limits(a, b);
+        let common = common.within(&[apart.above(-below), apart.reversed().above(-above)]);
         if common.area() <= 0.0 {
             return;
         }
@@ -206,8 +232,11 @@ impl Faces<'_> {
             let sign = if side == 1 { sign } else { -sign };
             let toward = |line: HalfPlane| if sign < 0.0 { line.reversed() } else { line };
             let full = toward(gap(base, heights[side]));
+            let (group, number) = (here.groups[seen_from], here.numbers[seen_from]);
+            let is_own_pair = other.groups[beyond] == group;
             other.near(low, high, |layer| {
-                if layer == beyond || other.groups[layer] == here.groups[seen_from] {
+                let is_own = other.groups[layer] == group;
+                if layer == beyond || other.numbers[layer] == number || is_own && !is_own_pair {
                     return;
                 }
                 let normal = other.normals[layer];
@@ -219,7 +248,7 @@ impl Faces<'_> {
                 let earlier = other.numbers[layer] < other.numbers[beyond];
                 let nearer = gap(&here, &full).above(if earlier { -same } else { same });
                 let mut lines = frame.polygon(other.corners[layer], normal).sides();
-                lines.extend([here.above(-same), nearer]);
+                lines.extend([here.above(if is_own { same } else { -same }), nearer]);
                 open = std::mem::take(&mut open).into_iter().flat_map(|part| part.without(&lines)).collect();
             });
         }

@@ -11,12 +11,24 @@ use crate::environment::shadow::corner::corner_dots;
 /// Part and material of a triangle.
 pub(super) type Group = [u32; 2];
 
+/// The piece of a triangle whose material does not conduct.
+pub(super) const NO_PIECE: u32 = u32::MAX;
+
 /// The two groups of a contact, the lower first.
 pub(super) type ContactGroups = [Group; 2];
 
 /// The two groups in their order.
 pub(super) fn owners(first: Group, second: Group) -> ContactGroups {
     [first.min(second), first.max(second)]
+}
+
+/// The node that stands for the piece of a node, on a way that becomes shorter.
+fn root(above: &mut [u32], mut node: u32) -> u32 {
+    while above[node as usize] != node {
+        above[node as usize] = above[above[node as usize] as usize];
+        node = above[node as usize];
+    }
+    node
 }
 
 /// The border between the parts of two corners in a triangle: a plane.
@@ -41,6 +53,8 @@ pub(super) struct ContactSide {
     pub(super) groups: Vec<Group>,
     /// Thickness of the sheet of each triangle [m].
     pub(super) thickness: Vec<f64>,
+    /// Depth of the sheet of each triangle behind and before the triangle [m].
+    pub(super) filled: Vec<[f64; 2]>,
     /// Triangles by their number in the surface.
     by_number: HashMap<u32, u32>,
     tree: Tree,
@@ -65,15 +79,14 @@ impl ContactSide {
         let at = |vertex: u32| surface.positions[vertex as usize];
         let corners: Vec<[DVec3; 3]> = triangles.iter().map(|triangle| triangle.map(at)).collect();
         let owner = |triangle: &[u32; 3]| triangle[0] as usize;
-        let thickness = |triangle: &[u32; 3]| {
-            let material = materials[surface.materials[owner(triangle)] as usize];
-            material.map_or(0.0, |material| material.inner().thickness)
-        };
+        let material = |triangle: &[u32; 3]| materials[surface.materials[owner(triangle)] as usize].unwrap_or_default();
+        let thickness = |triangle: &[u32; 3]| material(triangle).inner().thickness;
         Self {
             normals: corners.iter().map(|[a, b, c]| (b - a).cross(c - a).normalize_or_zero()).collect(),
             nodes: triangles.iter().map(|triangle| triangle.map(|vertex| node[vertex as usize])).collect(),
             groups: triangles.iter().map(|one| [surface.parts[owner(one)], surface.materials[owner(one)]]).collect(),
             thickness: triangles.iter().map(thickness).collect(),
+            filled: triangles.iter().map(|triangle| material(triangle).filled()).collect(),
             by_number: numbers.iter().enumerate().map(|(index, number)| (*number, index as u32)).collect(),
             tree: Tree::new(corners.iter().map(|[a, b, c]| [a.min(*b).min(*c), a.max(*b).max(*c)]).collect()),
             corners,
@@ -88,6 +101,22 @@ impl ContactSide {
             *areas.entry(*group).or_default() += 0.5 * (b - a).cross(c - a).length();
         }
         areas
+    }
+
+    /// The piece of each triangle: all that hangs together by its nodes. `NO_PIECE` in a material that does not conduct.
+    pub(super) fn pieces(&self, conducts: impl Fn(Group) -> bool) -> Vec<u32> {
+        let count = self.nodes.iter().flatten().max().map_or(0, |last| *last + 1);
+        let mut above: Vec<u32> = (0..count).collect();
+        for [a, b, c] in &self.nodes {
+            for [from, to] in [[*a, *b], [*b, *c]] {
+                let (from, to) = (root(&mut above, from), root(&mut above, to));
+                above[from as usize] = to;
+            }
+        }
+        let piece = |(nodes, group): (&[u32; 3], &Group)| {
+            if conducts(*group) { root(&mut above, nodes[0]) } else { NO_PIECE }
+        };
+        self.nodes.iter().zip(&self.groups).map(piece).collect()
     }
 
     /// Whether a triangle of the surface belongs to this side.

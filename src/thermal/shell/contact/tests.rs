@@ -9,6 +9,8 @@ use super::super::*;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::reference::ReferenceStepper;
 
+mod neighbours;
+
 /// Conductance per area in the tests [W/(m2 K)].
 const H: f64 = 100.0;
 
@@ -16,6 +18,7 @@ const H: f64 = 100.0;
 const METAL: ShellMaterial = ShellMaterial {
     outer: Sheet { capacitance: 4860.0, conductance: 0.32, thickness: 0.002 },
     emissivity: 0.4,
+    both_sides: false,
     over: None,
 };
 
@@ -394,69 +397,4 @@ fn the_work_grows_with_the_mesh_and_not_with_its_square() {
     let cells = if cfg!(debug_assertions) { 30 } else { 80 };
     assert!(seconds(2 * cells, 2 * cells + 2) < 10.0 * seconds(cells, cells + 1));
     assert!(seconds(1, 2 * cells) < 10.0 * seconds(1, cells), "a plate of two triangles against many");
-}
-
-/// Neighbours of a surface with a rule of `H` an area, all of one joint but those listed.
-fn neighbours(parts: &Parts, contacts: &[Contact], join: bool, joints: &[u32]) -> Shell {
-    let materials = vec![0; parts.positions.len()];
-    let surface = ShellSurface {
-        positions: &parts.positions,
-        triangles: &parts.triangles,
-        parts: &parts.parts,
-        materials: &materials,
-    };
-    let rule = NeighbourRule { distance: 1e-3, per_area: H, join, joints };
-    Shell::new(&surface, &[Some(METAL)], contacts, Some(rule), f64::INFINITY, 0.0).unwrap()
-}
-
-/// A plate, one over it, and one that continues the first in its plane: one pair by faces, one along an edge. A fourth lies apart.
-#[test]
-fn neighbours_are_listed_with_their_area_or_length_and_joined_on_request() {
-    let flat = |x: f64, z: f64| move |u: f64, v: f64| DVec3::new(x + u, v, z);
-    let parts = Parts::default()
-        .grid(0, [4; 2], false, flat(0.0, 0.0))
-        .grid(1, [3; 2], true, flat(0.0, 5e-4))
-        .grid(2, [5; 2], false, flat(1.0, -4e-4))
-        .grid(3, [2; 2], false, flat(0.0, 0.1));
-    let apart = neighbours(&parts, &[], false, &[0; 4]).summary.neighbours;
-    let of = |a: u32, b: u32| apart.iter().find(|pair| pair.groups == [[a, 0], [b, 0]]);
-    let faces = of(0, 1).expect("faces");
-    assert!((faces.area - 1.0).abs() < 1e-9 && faces.length.is_none(), "{faces:?}");
-    // By hand: each plate radiates 4 eps sigma T^3 = 2.4494 W/K at 300 K; 1 / (1 + 100 x 2 / 2.4494).
-    let radiation = 4.0 * 0.4 * STEFAN_BOLTZMANN * 300f64.powi(3);
-    assert!((faces.remaining - 1.0 / (1.0 + 2.0 * H / radiation)).abs() < 1e-12, "{faces:?}");
-    let edge = of(0, 2).expect("an edge");
-    assert!((edge.length.expect("a length") - 1.0).abs() < 1e-3, "{edge:?}");
-    assert!((edge.conductance - H * 0.002).abs() < 1e-3 * H * 0.002, "length x thickness: {edge:?}");
-    assert!(apart.iter().all(|pair| !pair.groups.contains(&[3, 0])), "the fourth touches nothing: {apart:?}");
-    // The closest first, and none that a contact names.
-    assert!(apart.is_sorted_by(|a, b| a.remaining <= b.remaining));
-    let stated = parts.contact([&[1], &[0]], ContactConductance::PerArea(H));
-    let rest = neighbours(&parts, std::slice::from_ref(&stated), false, &[0; 4]).summary.neighbours;
-    assert!(rest.len() + 1 == apart.len() && rest.iter().all(|pair| pair.groups != [[0, 0], [1, 0]]), "{rest:?}");
-
-    // Joined, the pair has the conductors of a stated contact. A joint between them keeps them apart.
-    let two = Parts::default().grid(0, [4; 2], false, flat(0.0, 0.0)).grid(1, [3; 2], true, flat(0.0, 5e-4));
-    let joined = neighbours(&two, &[], true, &[0; 2]);
-    let by_hand = two.shell(&[two.contact([&[0], &[1]], ContactConductance::PerArea(H))]).unwrap();
-    assert_eq!(joined.network.linear.len(), by_hand.network.linear.len());
-    let sum = |shell: &Shell| shell.network.linear.iter().map(|one| one.conductance).sum::<f64>();
-    assert!((sum(&joined) / sum(&by_hand) - 1.0).abs() < 1e-12 && joined.summary.neighbours.is_empty());
-    let across = neighbours(&two, &[], true, &[0, 1]);
-    assert!(sum(&across) < 0.5 * sum(&joined) && across.summary.neighbours.len() == 1);
-}
-
-/// The two skins of a panel, each of half its thickness, are neighbours: they look away from each other and fill the gap.
-#[test]
-fn skins_that_fill_a_gap_are_neighbours() {
-    // Sheets of 2 mm. The first looks up, and the second down.
-    let area = |first: f64, second: f64| {
-        let up = move |u: f64, v: f64| DVec3::new(u, v, first);
-        let down = move |u: f64, v: f64| DVec3::new(v, u, second);
-        let parts = Parts::default().grid(0, [4; 2], false, up).grid(1, [3; 2], true, down);
-        neighbours(&parts, &[], false, &[0; 2]).summary.neighbours.iter().map(|pair| pair.area).sum::<f64>()
-    };
-    assert!((area(0.004, 0.0) - 1.0).abs() < 1e-9, "{}", area(0.004, 0.0));
-    // A gap that they do not fill, and two skins that look at each other.
-    assert_eq!([area(0.0041, 0.0), area(0.0, 0.004)].map(f64::abs), [0.0; 2]);
 }
