@@ -267,7 +267,7 @@ fn draw_files(run: RunContext<'_>, tables: &mut Tables<'_>, written: &[WrittenFr
     let scene = &prepared.scene;
     let eclipses = Eclipses::of(prepared);
     let draws = span("drawing pictures");
-    let (frames, pictures) = draw_pictures(scene, &eclipses, folder, written, &|| progress(Done::Picture))?;
+    let (frames, pictures) = draw_pictures(prepared, &eclipses, folder, written, &|| progress(Done::Picture))?;
     if let Some(camera) = scene.camera.as_ref().filter(|_| scene.time.draw.is_between_steps()) {
         write_index(folder, &scene.time, camera, written)?;
     }

@@ -190,8 +190,12 @@ pub(crate) struct FrameEntry {
     pub(crate) picture: Option<String>,
     /// Place of the camera in the body frame [m].
     pub(crate) camera_m: [f64; 3],
+    /// Turn that takes the body frame into the camera's axes, as a quaternion w, x, y, z.
+    pub(crate) camera_turn: [f64; 4],
     /// Angle between the camera's axis and the direction to the planet's centre [deg].
     pub(crate) planet_off_axis_deg: Option<f64>,
+    /// Share of the image before which the planet stands, with what the craft hides of it.
+    pub(crate) planet_share: Option<f64>,
     /// Whether all pixels of the craft are at an end of the range of a sensor.
     pub(crate) at_end_of_range: bool,
 }

@@ -314,17 +314,18 @@ fn files(html: &mut Html, report: &Report) {
     }
     if !report.results.frames.is_empty() {
         html.raw(&format!("<details><summary>{} frames</summary>\n<table>\n", report.results.frames.len()));
-        html.raw("<tr><th>step</th><th class=\"number\">time [s]</th><th class=\"number\">range [m]</th><th class=\"number\">camera in the body frame [m]</th><th class=\"number\">planet's centre off the axis [deg]</th><th>EXR</th><th>false colour</th></tr>\n");
+        html.raw("<tr><th>step</th><th class=\"number\">time [s]</th><th class=\"number\">range [m]</th><th class=\"number\">camera in the body frame [m]</th><th class=\"number\">turn from the body frame (w, x, y, z)</th><th class=\"number\">planet's centre off the axis [deg]</th><th class=\"number\">planet in the view [%]</th><th>EXR</th><th>false colour</th></tr>\n");
         for frame in &report.results.frames {
             let picture = frame.picture.as_deref().map(link).unwrap_or_default();
             let (step, time) = (frame.step, frame.time_s);
             let place = frame.camera_m.map(significant).join(", ");
             html.raw(&format!("<tr><td>{step}</td><td class=\"number\">{time}</td>"));
-            html.raw(&format!(
-                "<td class=\"number\">{}</td><td class=\"number\">{place}</td><td class=\"number\">{}</td>",
-                significant(frame.range()),
-                frame.planet_off_axis_deg.map(|angle| format!("{angle:.1}")).unwrap_or_default()
-            ));
+            let turn = frame.camera_turn.map(|part| format!("{part:.4}")).join(", ");
+            let angle = frame.planet_off_axis_deg.map(|angle| format!("{angle:.1}")).unwrap_or_default();
+            let planet = frame.planet_share.map(|share| format!("{:.0}", 100.0 * share)).unwrap_or_default();
+            for value in [significant(frame.range()), place, turn, angle, planet] {
+                html.raw(&format!("<td class=\"number\">{value}</td>"));
+            }
             html.raw(&format!("<td>{}</td><td>{picture}</td></tr>\n", link(&frame.file)));
         }
         html.raw("</table></details>\n");

@@ -1,6 +1,6 @@
 //! The pictures of a run, drawn from its EXR files after the last step.
 
-use glam::DVec3;
+use glam::{DQuat, DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::OutputError;
@@ -10,11 +10,15 @@ use super::colour::ColourScale;
 use super::eclipses::Eclipses;
 use super::exr::read_exr;
 use super::folder::Folder;
+use super::frame::FrameHeader;
 use super::picture::{Tile, contact_sheet, picture};
 use super::report::{FrameEntry, ReportPicture};
 use super::sensor_files::first_sensed;
-use crate::scene::{Draw, ImageFile, Scene, Time};
+use crate::environment::view_factor::ApparentRadius;
+use crate::scene::{Camera, Draw, ImageFile, Scene, Time};
 use crate::simulation::image::Image;
+use crate::simulation::prepare::Prepared;
+use crate::thermal::surroundings::within;
 
 /// Small pictures of several steps.
 pub(super) const CONTACT_SHEET: &str = "contact_sheet.png";
@@ -66,12 +70,13 @@ pub(crate) fn frame_stem(step: u32, image: Option<u32>) -> String {
 
 /// Draws a PNG for each frame, on a scale of its own unless the scene wants one scale, and the contact sheet on one scale. `drawn` is called after each picture.
 pub(super) fn draw_pictures(
-    scene: &Scene,
+    prepared: &Prepared,
     eclipses: &Eclipses,
     folder: &Folder,
     written: &[WrittenFrame],
     drawn: &(dyn Fn() + Sync),
 ) -> Result<(Vec<FrameEntry>, Vec<ReportPicture>), OutputError> {
+    let scene = &prepared.scene;
     let scale = match scene.colour_range {
         Some(range) => ColourScale::new(range),
         None => ColourScale::covering(written.iter().filter_map(|frame| frame.range)),
@@ -96,8 +101,7 @@ pub(super) fn draw_pictures(
         .enumerate()
         .map(|(index, one)| {
             let time = one.time(&scene.time);
-            let exr = one.file("exr");
-            let (frame, header) = read_exr(&folder.file(&exr))?;
+            let (frame, header) = read_exr(&folder.file(&one.file("exr")))?;
             let light = eclipses.at(time).map_or(String::new(), |name| format!(", {name}"));
             let name_of_frame = match one.image {
                 Some(image) => format!("image {image}, t = {} s", digits.finer(time)),
@@ -116,19 +120,7 @@ pub(super) fn draw_pictures(
             let caption = format!("t = {} s{light}", digits.of(time));
             let tile = chosen(index).then(|| Tile::new(&frame, &scale, &caption, TILE_WIDTH)).transpose()?;
             drawn();
-            let camera_m = frame.camera_from_body.inverse().translation.to_array();
-            // The Z axis of the orbit frame leads to the planet's centre.
-            let nadir = header.camera_from_orbit.map(|from_orbit| from_orbit.transform_vector3(DVec3::Z));
-            let entry = FrameEntry {
-                step: one.step,
-                time_s: time,
-                file: exr,
-                picture: Some(file),
-                camera_m,
-                planet_off_axis_deg: nadir.map(|nadir| nadir.angle_between(DVec3::Z).to_degrees()),
-                at_end_of_range: one.at_end,
-            };
-            Ok((entry, tile))
+            Ok((entry_of(prepared, one, (&frame, &header), file), tile))
         })
         .collect::<Result<_, OutputError>>()?;
     let (frames, tiles): (Vec<FrameEntry>, Vec<Option<Tile>>) = pictured.into_iter().unzip();
@@ -143,6 +135,48 @@ pub(super) fn draw_pictures(
     let sheet = ReportPicture { title, file: CONTACT_SHEET.to_owned(), png };
     let sensed = sensor_picture(scene, folder, written, &frames)?;
     Ok((frames, sensed.into_iter().chain([sheet]).collect()))
+}
+
+/// What the report tells of a frame. `picture` is its picture in false colour.
+fn entry_of(
+    prepared: &Prepared,
+    one: &WrittenFrame,
+    (frame, header): (&Image, &FrameHeader),
+    picture: String,
+) -> FrameEntry {
+    let time = one.time(&prepared.scene.time);
+    let turn = DQuat::from_mat3(&frame.camera_from_body.matrix3);
+    // The Z axis of the orbit frame leads to the planet's centre.
+    let nadir = header.camera_from_orbit.map(|from_orbit| from_orbit.transform_vector3(DVec3::Z));
+    FrameEntry {
+        step: one.step,
+        time_s: time,
+        file: one.file("exr"),
+        picture: Some(picture),
+        camera_m: frame.camera_from_body.inverse().translation.to_array(),
+        camera_turn: [turn.w, turn.x, turn.y, turn.z],
+        planet_off_axis_deg: nadir.map(|nadir| nadir.angle_between(DVec3::Z).to_degrees()),
+        planet_share: prepared.scene.camera.as_ref().zip(nadir).map(|(camera, nadir)| {
+            let planet = ApparentRadius::new(prepared.loads.sky_model().sky(time).distance_ratio);
+            planet_share(camera, nadir, planet)
+        }),
+        at_end_of_range: one.at_end,
+    }
+}
+
+/// Places along width and height of an image at which the planet is looked for.
+const LOOKS: [u32; 2] = [64, 48];
+
+/// Share of an image before which the planet stands. `nadir` leads to its centre, in the axes of the camera.
+fn planet_share(camera: &Camera, nadir: DVec3, planet: ApparentRadius) -> f64 {
+    let step = DVec2::new(f64::from(camera.width), f64::from(camera.height)) / DVec2::from(LOOKS.map(f64::from));
+    let is_planet = |look: &u32| {
+        let place = DVec2::new(f64::from(look % LOOKS[0]) + 0.5, f64::from(look / LOOKS[0]) + 0.5);
+        let ray = camera.lens.unproject(place * step);
+        ray.is_some_and(|ray| within(ray.extend(1.0).normalize(), nadir, planet) >= 0.0)
+    };
+    let looks = LOOKS[0] * LOOKS[1];
+    (0..looks).filter(is_planet).count() as f64 / f64::from(looks)
 }
 
 /// What the sensor displays in the middle of a run. `None` without such files.
@@ -162,6 +196,10 @@ fn sensor_picture(
     let file = format!("frames/{stem}_{}", ImageFile::DisplayPng.ending());
     let path = folder.file(&file);
     let png = std::fs::read(&path).map_err(|source| OutputError::Read(path, source))?;
-    let title = format!("The sensor's display at t = {} s, from {:.1} m", frame.time_s, frame.range());
+    let planet = match frame.planet_share {
+        Some(share) if share > 0.0 => format!("before the planet in {:.0} % of the image", 100.0 * share),
+        _ => "without the planet".to_owned(),
+    };
+    let title = format!("The sensor's display at t = {} s, from {:.1} m, {planet}", frame.time_s, frame.range());
     Ok(Some(ReportPicture { title, file, png }))
 }

@@ -137,7 +137,9 @@ impl<'a> SensorFiles<'a> {
                 ImageFile::KelvinPng => png_16(size, &counts, &text(&of_counts))?,
                 ImageFile::KelvinTiff => tiff_16(size, &counts, &of_counts.to_string()),
                 ImageFile::MaskPng => png_8(size, &self.flags(size, numbers), &text(&flags()))?,
-                ImageFile::DisplayPng => png_8(size, &self.sensor.gain_control.display(numbers, most), &[])?,
+                ImageFile::DisplayPng => {
+                    png_8(size, &self.sensor.gain_control.display(numbers, most, self.constants.grain()), &[])?
+                }
                 // This picture is drawn with the others, on one scale for the whole run.
                 ImageFile::ApparentPng => continue,
             };

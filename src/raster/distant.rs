@@ -8,12 +8,17 @@ use super::surface::Pixel;
 use super::view::RasterView;
 use crate::lens::Distortion;
 
-/// Pixels along either axis that such a craft spans less than: a craft of so many is within 1 % with one sample of a pixel too. In an image with a side below
-/// 256 pixels it is a quarter of that side, so that a pixel has 4 x 4 texels, or the least.
-const MOST_SPAN: f64 = 64.0;
+/// Pixels along either axis that such a craft spans less than: a craft of so many is within 1 % with one sample of a pixel too, also where a part of it is as
+/// thin as a hundredth of it. In a smaller image it is a share of its lesser side, or the least.
+const MOST_SPAN: f64 = 192.0;
 const LEAST_SPAN: f64 = 16.0;
-/// Most texels of a crop along either axis.
-pub(crate) const TEXELS: u32 = 256;
+/// This share with one sample of a pixel, in whose place come 2 x 2 texels or more, and with several, in whose place come 4 x 4 or more.
+const SHARES: [f64; 2] = [0.375, 0.25];
+/// Most texels of a crop along either axis, where all may lie in one pixel. An invocation has no more turns than the square of it.
+const TEXELS: f64 = 256.0;
+/// Most texels along either axis of a crop with [`PIXEL_TEXELS`] along the side of a pixel.
+const MOST_TEXELS: f64 = 512.0;
+const PIXEL_TEXELS: f64 = 8.0;
 /// Places in a pixel along each axis at which its sky is seen, with several samples.
 pub(crate) const SKY_LOOKUPS: u32 = 4;
 
@@ -48,11 +53,14 @@ impl Crop {
             }
         }
         let span = high - low;
-        let most = most.map(|most| f64::from(most.min(TEXELS)));
-        let distant = (most[0].min(most[1]) / 4.0).clamp(LEAST_SPAN, MOST_SPAN);
+        let most = most.map(f64::from);
+        let share = SHARES[usize::from(view.samples > 1)];
+        let distant = (share * most[0].min(most[1])).clamp(LEAST_SPAN, MOST_SPAN);
         if !span.is_finite() || span.max_element() >= distant {
             return None;
         }
+        let texels = (PIXEL_TEXELS * span.max_element()).clamp(TEXELS, MOST_TEXELS);
+        let most = most.map(|most| most.min(texels));
         // A border of a hundredth, so that rounding leaves nothing outside.
         let border = 0.01 * span.max_element().max(1e-9);
         let (low, span) = (low - border, span + 2.0 * border);
@@ -134,7 +142,7 @@ mod tests {
             width: 80,
             height: 60,
             lens,
-            samples: 1,
+            samples: 4,
             near: 0.1,
             first_row: 0,
         };
@@ -147,8 +155,16 @@ mod tests {
             assert!(place.cmpgt(DVec2::ZERO).all() && place.cmplt(size).all(), "{place} in {size}");
         }
         assert!(crop.size[0] <= 80 && crop.size[1] <= 60 && crop.scale > 20.0, "{crop:?}");
+        // 2 pixels have as many texels as fit an invocation, and 100 pixels have 5 along the side of each.
+        let of = |z: f64| {
+            Crop::around(&RasterView { lens: Lens::pinhole([1000.0; 2], [40.0; 2]), ..view }, &at(z), [4096; 2])
+        };
+        let texels = [1000.0, 22.0].map(|z| of(z).map(|crop| crop.size[0].max(crop.size[1])));
+        assert_eq!(texels, [Some(256), Some(512)]);
         assert_eq!(Crop::around(&view, &at(12.0), [80, 60]), None, "18 pixels");
         assert!(Crop::around(&view, &at(12.0), [80, 80]).is_some(), "below a quarter of the image");
+        let single = RasterView { samples: 1, ..view };
+        assert!(Crop::around(&single, &at(12.0), [80, 60]).is_some(), "below three eighths of the image");
         assert_eq!(Crop::around(&view, &at(0.5), [80, 60]), None, "behind the camera");
         let mut shares = vec![0.0; crop.size[0] as usize];
         (0..80).flat_map(|pixel| crop.overlaps(pixel, 0)).for_each(|(texel, share)| shares[texel] += share);

@@ -8,6 +8,7 @@ use super::preset::Preset;
 use super::quantity::Quantity;
 use super::section::Section;
 use super::sensor_tables::{kernel, map};
+use crate::environment::orbit::{SUN_DISTANCE, SUN_RADIUS};
 use crate::thermal::brightness::{BrightnessTable, brightness_temperature};
 use crate::thermal::passband::Passband;
 use crate::thermal::radiance::{RadianceTable, band_radiance};
@@ -16,9 +17,13 @@ use crate::thermal::sensor::halo::Halo;
 use crate::thermal::sensor::reading::radiance_slope;
 use crate::thermal::sensor::spread::{MOST_RADIUS, Spread};
 use crate::thermal::sensor::{Detector, MOST_PIXELS, Netd, Pattern, Sensor, SensorOptics, Vignetting};
+use crate::thermal::surroundings::SUN_TEMPERATURE;
 
 /// Default temperature of the scene that a NETD is stated for, of the shutter, and of the gains' reference [K].
 const USUAL: f64 = 300.0;
+
+/// Least share of its radiance in that of sunlight on a white surface with which a body counts in a band.
+const LEAST_SHINE: f64 = 1e-4;
 
 /// Values of other sections that `[sensor]` needs.
 pub(super) struct SensorContext<'a> {
@@ -79,7 +84,7 @@ pub(super) fn read(
     let range = checked_range(section, range, &table)?;
     let noise = match radiance_noise(section, &table, range[1], f_number)? {
         Some(noise) => noise,
-        None => noise(section, context, f_number, assumptions)?,
+        None => noise(section, context, &table, f_number, assumptions)?,
     };
     let bits = match section.whole("bits", 8..=16)?.or(context.preset.and_then(|preset| preset.bits)) {
         Some(bits @ (8 | 14 | 16)) => bits,
@@ -194,6 +199,7 @@ fn detector(section: &Section, has_pattern: bool, assumptions: &mut Vec<String>)
 fn noise(
     section: &Section,
     context: &SensorContext,
+    table: &RadianceTable,
     f_number: Option<f64>,
     assumptions: &mut Vec<String>,
 ) -> Result<Netd, SceneError> {
@@ -209,6 +215,9 @@ fn noise(
         }
         USUAL
     });
+    if kelvin > 0.0 {
+        bodies_shine(section, table, temperature)?;
+    }
     let stated = section.number("netd_f_number", Quantity::within(0.1, 100.0, ""))?;
     let stated = stated.or(context.preset.filter(|_| !section.has("netd")).and_then(|preset| preset.netd_f_number));
     if stated.is_some() && f_number.is_none() && kelvin > 0.0 {
@@ -219,6 +228,21 @@ fn noise(
     }
     let stated_f_number = stated.or(f_number).unwrap_or(1.0);
     Ok(Netd { kelvin, temperature, stated_f_number, f_number: f_number.unwrap_or(stated_f_number) })
+}
+
+/// Refuses a NETD at a temperature at which a body does not shine in the band: no change of a temperature makes the noise that it means.
+fn bodies_shine(section: &Section, table: &RadianceTable, temperature: f64) -> Result<(), SceneError> {
+    let sunlight = band_radiance(table, SUN_TEMPERATURE) * (SUN_RADIUS / SUN_DISTANCE).powi(2);
+    let share = band_radiance(table, temperature) / sunlight;
+    if share >= LEAST_SHINE {
+        return Ok(());
+    }
+    let message = format!(
+        "is noise as a temperature difference at {temperature} K, where a body sends {share:.0e} of what a white surface in \
+         the Sun sends in this band: state radiance_noise [W/(m2 sr)] instead, or netd_temperature, at which bodies shine"
+    );
+    let others = ["netd_temperature", "radiance_noise", "radiance.band_um", "band.*", "camera.preset"];
+    Err(section.clash("netd", &others, message))
 }
 
 fn spread(

@@ -307,7 +307,7 @@ fn wrong_bands_are_refused() {
     let band = |keys: &str| format!("[[band]]\nname = \"a\"\n{keys}\n");
     let curve = |rows: &str| format!("wavelength_um,response\n{rows}");
     let preset = "[camera]\npreset = \"tiri\"\n";
-    let cases: [(String, &str, &str); 19] = [
+    let cases: [(String, &str, &str); 20] = [
         ("[radiance]\nreflections = \"traced\"\nbounces = 0\n".to_owned(), "", "radiance.bounces"),
         (band("response = \"curve.csv\""), &curve("9,1\n8,1\n"), "row 2: wavelengths must rise, found 8 um after 9 um"),
         (band("response = \"curve.csv\""), &curve("8,1\n9,-1\n"), "row 2: a response must not be below 0, found -1"),
@@ -334,6 +334,11 @@ fn wrong_bands_are_refused() {
             ),
             "",
             "stands beside [sensor]",
+        ),
+        (
+            format!("{}[band.sensor]\nnetd = 0.05\nradiance_range = [0, 200]\n", band("band_um = [0.4, 0.8]")),
+            "",
+            "state radiance_noise [W/(m2 sr)] instead",
         ),
         (
             format!("{}[output]\nratio = [\"a\", \"a\"]\n", band("band_um = [8, 14]\nnoise = 1")),

@@ -77,7 +77,13 @@ fn a_run_leaves_everything_and_twice_the_same() {
     let report = report(&one);
     assert_eq!(report["interrupted"], false);
     assert_eq!((&report["speed"]["steps"], &report["speed"]["images"]), (&12.into(), &4.into()));
-    assert_eq!(report["frames"].as_array().expect("a list").len(), 4);
+    let frames = report["frames"].as_array().expect("a list");
+    assert_eq!(frames.len(), 4);
+    // The camera looks down past the craft, 48 deg from the planet's centre, whose disc has a radius of 70 deg and is behind most of the image.
+    let share = frames[0]["planet_share"].as_f64().expect("a number");
+    assert!((0.9..=1.0).contains(&share), "{share}");
+    let turn: Vec<f64> = serde_json::from_value(frames[0]["camera_turn"].clone()).expect("four numbers");
+    assert!((turn.iter().map(|part| part * part).sum::<f64>() - 1.0).abs() < 1e-12, "{turn:?}");
     assert!(report["accuracy"]["max_k"].as_f64().expect("a number") < 2e-3, "{}", report["accuracy"]);
     assert_eq!(report["accuracy"]["steps"], 13);
     let passes: Vec<&str> =
@@ -90,6 +96,7 @@ fn a_run_leaves_everything_and_twice_the_same() {
     let page = page.replace("http://www.w3.org/2000/svg", "");
     assert!(!page.contains("http"), "the page opens without a network");
     assert!(page.contains("data:image/png;base64,") && page.contains("<svg"), "with its pictures inside");
+    assert!(page.contains("range [m]") && page.contains("planet in the view [%]"), "with the pose of each image");
 
     let series = String::from_utf8(one["series.csv"].clone()).expect("text");
     let lines: Vec<&str> = series.lines().collect();

@@ -102,7 +102,9 @@ pub(crate) fn full() -> Report {
                     file: format!("frames/step_{:06}.exr", i * 10),
                     picture: Some(format!("frames/step_{:06}.png", i * 10)),
                     camera_m: [0.0, 3.0, 4.0],
+                    camera_turn: [1.0, 0.0, 0.0, 0.0],
                     planet_off_axis_deg: Some(126.87),
+                    planet_share: Some(0.4),
                     at_end_of_range: false,
                 })
                 .collect(),

@@ -67,6 +67,11 @@ impl SensorConstants {
         }
     }
 
+    /// Standard deviation of what looks like grain in an image of one temperature [digital numbers].
+    pub(crate) fn grain(&self) -> f64 {
+        self.noise.hypot(self.offset_pattern) * self.scale
+    }
+
     /// Signal of a pixel that sees a radiance, with the share `vignette` of the light.
     pub(crate) fn signal(&self, radiance: f64, vignette: f64) -> f64 {
         vignette * (self.transmitted * radiance + self.emitted) + (1.0 - vignette) * self.housing
