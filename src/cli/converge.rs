@@ -28,7 +28,7 @@ use crate::output::folder::Folder;
 /// The settings within --within at the least cost are told, where the difference and the estimated error of the finest run meet it together. Settings that
 /// cost less than the scene are not tried.
 ///
-/// The command first tells how long it takes. Writes converge.csv, converge.svg and settings.toml, whose keys replace those of the scene.
+/// The command first tells how long it takes. Writes converge.csv, converge.svg and settings.toml, which replaces keys of the scene.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm converge models/cubesat.toml -o out/converge\n  \
 isotherm converge models/cubesat.toml -o out/converge --force --within 0.2\n  \

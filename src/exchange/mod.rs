@@ -34,5 +34,5 @@ pub(crate) mod split;
 pub(crate) mod step;
 pub(crate) mod turn;
 pub(crate) mod uncertainty;
-mod uneven;
+pub(crate) mod uneven;
 pub(crate) mod words;

@@ -4,6 +4,9 @@
 //! factor F, and gets F (mean + g . m) to the first order. Here g is the gradient over the sender of the logarithm of cos cos / r2. Along a flat sender that is
 //! n / (n . r) - 4 r / r2, with the normal n of the receiver and the way r from it to the centre of the sender. A sender counts as flat: the turn of its normal is left out, so light
 //! that differs over a tube is told too small.
+//!
+//! A receiver beside a sender, as at the foot of a wall, sees little of it, and hardly the mean. There the first order says nothing, and light of its own, brighter or darker than the mean by the
+//! standard deviation over the sender, is uncertain. Light that differs within the cell of a node counts too, as where a box covers part of the floor.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -15,6 +18,9 @@ use crate::environment::load::solar_flux;
 use crate::environment::shadow::Lit;
 use crate::thermal::STEFAN_BOLTZMANN;
 
+/// Distance of patches that are beside each other, over the sum of the sides of squares as large as they are.
+const BESIDE: f64 = 1.0;
+
 /// How the light that a patch sends differs over it.
 #[derive(Debug, Clone, Copy, Default)]
 struct Moment {
@@ -22,9 +28,34 @@ struct Moment {
     vector: DVec3,
     /// Largest difference [W/m2].
     largest: f64,
+    /// Standard deviation [W/m2].
+    deviation: f64,
+}
+
+/// Errors of the light that a patch absorbs, because others send unevenly [W/m2].
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Unevenness {
+    /// Lack of light, with its sign, by patches that are away from it.
+    pub(crate) missed: f64,
+    /// Uncertainty by patches beside it.
+    pub(crate) beside: f64,
+}
+
+/// Temperatures that patches send with.
+pub(crate) struct SentFrom<T, S> {
+    /// Temperature of a node [K].
+    pub(crate) temperature: T,
+    /// Standard deviation of the temperature within the cell of a node [K].
+    pub(crate) spread: S,
 }
 
 impl Moment {
+    /// Adds the variance of the light within the cells of nodes.
+    fn within(mut self, variance: f64) -> Self {
+        self.deviation = self.deviation.hypot(variance.max(0.0).sqrt());
+        self
+    }
+
     /// The moment of light [W/m2] on shares of a patch, each with its way from the centre [m].
     fn of(light: &[(f64, f64)], ways: impl Iterator<Item = DVec3>) -> Self {
         let mean: f64 = light.iter().map(|(share, light)| share * light).sum();
@@ -32,7 +63,9 @@ impl Moment {
         for ((share, light), way) in light.iter().zip(ways) {
             moment.vector += share * (light - mean) * way;
             moment.largest = moment.largest.max((light - mean).abs());
+            moment.deviation += share * (light - mean).powi(2);
         }
+        moment.deviation = moment.deviation.sqrt();
         moment
     }
 
@@ -48,34 +81,39 @@ impl Moment {
 }
 
 impl Exchange {
-    /// What each patch would absorb more [W/m2] if others sent their light from where it is. `lit` has the lit area of each node, and `temperature` gives the temperature of a node [K].
+    /// Errors of each patch because others send their light as if it were even over them. `lit` has the lit area of each node.
     /// With `mirrors` the specular share of sunlight goes elsewhere.
-    pub(crate) fn missed_unevenness(
+    pub(crate) fn unevenness(
         &self,
         load: &StepLoad,
         lit: &Lit,
-        temperature: impl Fn(usize) -> f64 + Sync,
+        sent_from: &SentFrom<impl Fn(usize) -> f64 + Sync, impl Fn(usize) -> f64 + Sync>,
         mirrors: bool,
-    ) -> Vec<f64> {
-        if self.slopes.ways.is_empty() {
-            return vec![0.0; self.patches.len()];
-        }
+    ) -> Vec<Unevenness> {
         let moments: Vec<[Moment; 2]> =
-            self.patches.par_iter().map(|patch| self.moments(patch, load, lit, &temperature, mirrors)).collect();
+            self.patches.par_iter().map(|patch| self.moments(patch, load, lit, sent_from, mirrors)).collect();
         let place = |patch: &Patch| {
             load.joints.get(patch.joint as usize).map_or(patch.centre, |pose| pose.transform_point3(patch.centre))
         };
         let places: Vec<DVec3> = self.patches.iter().map(place).collect();
-        let missed = |(number, patch): (usize, &Patch)| {
+        let of_patch = |(number, patch): (usize, &Patch)| {
             let normal = load.joint_from_body(patch.joint).transpose() * patch.normal;
-            let from = |(other, area): &(u32, f64)| {
-                let (other, way) = (&moments[*other as usize], places[*other as usize] - places[number]);
-                let [infrared, sunlight] = other.each_ref().map(|moment| moment.seen(normal, way));
-                area * (patch.optics.emissivity * infrared + patch.optics.absorptivity * sunlight)
-            };
-            self.factors.shared.row(number).iter().map(from).sum::<f64>() / patch.area
+            let mut uneven = Unevenness::default();
+            for (other, area) in self.factors.shared.row(number) {
+                let (of_other, way) = (&moments[*other as usize], places[*other as usize] - places[number]);
+                let view = area / patch.area;
+                let absorbed = |[infrared, sunlight]: [f64; 2]| {
+                    view * (patch.optics.emissivity * infrared + patch.optics.absorptivity * sunlight)
+                };
+                uneven.missed += absorbed(of_other.each_ref().map(|moment| moment.seen(normal, way)));
+                let apart = BESIDE * (patch.area.sqrt() + self.patches[*other as usize].area.sqrt());
+                if way.length() < apart {
+                    uneven.beside += absorbed(of_other.each_ref().map(|moment| moment.deviation));
+                }
+            }
+            uneven
         };
-        self.patches.par_iter().enumerate().map(missed).collect()
+        self.patches.par_iter().enumerate().map(of_patch).collect()
     }
 
     /// Moments of emission and of reflected sunlight.
@@ -84,22 +122,34 @@ impl Exchange {
         patch: &Patch,
         load: &StepLoad,
         lit: &Lit,
-        temperature: impl Fn(usize) -> f64,
+        SentFrom { temperature, spread }: &SentFrom<impl Fn(usize) -> f64, impl Fn(usize) -> f64>,
         mirrors: bool,
     ) -> [Moment; 2] {
         let body_from_joint = load.joint_from_body(patch.joint).transpose();
         let nodes = &self.nodes[patch.nodes.clone()];
         let of = |light: &dyn Fn(usize) -> f64| {
             let light: Vec<(f64, f64)> = nodes.iter().map(|(node, share)| (*share, light(*node as usize))).collect();
-            Moment::of(&light, self.slopes.ways[patch.nodes.clone()].iter().map(|way| body_from_joint * way.as_dvec3()))
+            // Without ways each patch is one node.
+            let ways = self.slopes.ways.get(patch.nodes.clone()).unwrap_or_default();
+            let ways = ways.iter().map(|way| body_from_joint * way.as_dvec3());
+            Moment::of(&light, ways.chain(std::iter::repeat(DVec3::ZERO)))
         };
         let emitted = |node: usize| patch.optics.emissivity * STEFAN_BOLTZMANN * temperature(node).powi(4);
         let diffuse = (1.0 - patch.optics.absorptivity) * if mirrors { 1.0 - patch.gloss.specular } else { 1.0 };
-        let reflected = |node: usize| {
+        let sunlight = |node: usize| {
             let Some(area) = lit.areas.get(node) else { return 0.0 };
-            diffuse * solar_flux(load, body_from_joint * area.on_face(patch.back))
+            solar_flux(load, body_from_joint * area.on_face(patch.back))
         };
-        [of(&emitted), of(&reflected)]
+        let variance =
+            |of: &dyn Fn(usize) -> f64| nodes.iter().map(|(node, share)| share * of(*node as usize)).sum::<f64>();
+        let spread = |node: usize| {
+            let slope = 4.0 * patch.optics.emissivity * STEFAN_BOLTZMANN * temperature(node).powi(3);
+            (slope * spread(node)).powi(2)
+        };
+        // A place has all of the sunlight or none.
+        let open = solar_flux(load, body_from_joint * patch.normal);
+        let edge = |node: usize| diffuse * diffuse * sunlight(node) * (open - sunlight(node)).max(0.0);
+        [of(&emitted).within(variance(&spread)), of(&|node| diffuse * sunlight(node)).within(variance(&edge))]
     }
 }
 
@@ -145,11 +195,18 @@ mod tests {
     }
 
     #[test]
+    fn light_within_cells_adds_to_the_deviation() {
+        let halves = [(0.5, 100.0), (0.5, 700.0)];
+        let moment = Moment::of(&halves, [DVec3::X, -DVec3::X].into_iter());
+        assert_eq!((moment.deviation, moment.within(160_000.0).deviation), (300.0, 500.0));
+    }
+
+    #[test]
     fn an_even_square_and_a_place_behind_miss_nothing() {
         let of: Vec<(f64, f64)> = square().iter().map(|(share, _)| (*share, 200.0)).collect();
         let even = Moment::of(&of, square().into_iter().map(|(_, at)| at));
         assert!(even.seen(-DVec3::Z, -DVec3::new(1.5, 0.3, 1.5)).abs() < 1e-9);
-        let tilted = Moment { vector: DVec3::X, largest: 5.0 };
+        let tilted = Moment { vector: DVec3::X, largest: 5.0, deviation: 1.0 };
         assert_eq!(tilted.seen(DVec3::Z, -DVec3::new(1.5, 0.3, 1.5)), 0.0);
         assert_eq!(tilted.seen(-DVec3::Z, -DVec3::new(0.01, 0.0, 0.01)), 5.0);
     }

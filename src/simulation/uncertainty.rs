@@ -17,8 +17,10 @@ mod drawn;
 mod exchange;
 mod lines;
 mod materials;
+mod node_errors;
 mod reach;
 pub(crate) mod rest;
+mod sudden;
 mod summary;
 
 use rayon::prelude::*;
@@ -38,6 +40,7 @@ use absorbed::{Absorbed, AbsorbingSurface};
 use carry::{PlaceBalance, within_step};
 use exchange::{ExchangeErrorState, ExchangeErrors};
 use materials::SurfaceConstants;
+use node_errors::{NodeErrors, spreads_of_nodes};
 pub(crate) use summary::{PixelError, PixelErrors};
 
 /// Weights of the nodes of a triangle in the middle of a corner, which is the part of the triangle nearest to its node: its own, and each of the others.
@@ -52,11 +55,6 @@ const COLDEST: f64 = 20.0;
 
 /// A turn from which on the light of a step says nothing of its mean [rad].
 const FULL_TURN: f64 = std::f64::consts::TAU;
-
-/// Standard deviation of what the mean of an interval lacks where light jumps at any time within it, over the jump: 1 over the root of 12, as half of the square for each of both second differences.
-const SUDDEN: f64 = 0.204;
-/// Second difference of the sunlight, over the sunlight, of a face that turns evenly by as much as an interval allows (4 deg).
-const EVEN: f64 = 0.005;
 
 /// Rounding of a temperature in f32, over the temperature.
 const ROUNDING: f64 = 1.0 / (1 << 24) as f64;
@@ -105,41 +103,6 @@ impl UncertaintyState {
     /// The state without the errors of the pixels of its run.
     pub(crate) fn without_pixels(self) -> Self {
         Self { pixels: PixelErrors::default(), ..self }
-    }
-}
-
-/// Errors of a node [K].
-#[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
-struct NodeErrors {
-    /// By the load within steps, with its sign.
-    steps: f64,
-    /// By light that is held until the next finding, and by poses of joints that are held for a step.
-    held: f64,
-    /// By light that comes or goes at once within a step, whenever that is. It errs anew in each step.
-    sudden: f64,
-    /// By the size of patches, and by lines between what nodes receive of the craft.
-    exchange: f64,
-    /// By the noise of exchange's rays, by light of exchange that is held, and by straight lines between its rows. It is alike over a patch.
-    alike: f64,
-    /// By rows of exchange that are held, which err both ways in turn.
-    rows: f64,
-    /// By light that others send unevenly, with its sign.
-    uneven: f64,
-    /// By infrared that arrives late, with its sign: what the node lacks.
-    late: f64,
-    /// By straight lines to the nodes to which the node conducts.
-    lines: f64,
-    /// By rounding.
-    rounding: f64,
-}
-
-impl NodeErrors {
-    fn square(&self) -> f64 {
-        let Self { steps, held, sudden, exchange, alike, rows, uneven, late, lines, rounding } = self;
-        [steps, held, sudden, exchange, alike, rows, uneven, late, lines, rounding]
-            .iter()
-            .map(|error| *error * *error)
-            .sum()
     }
 }
 
@@ -273,7 +236,9 @@ impl<'a> Uncertainty<'a> {
         let load = self.prepared.loads.step_load(now, now);
         self.find_light(&load);
         if let Some(exchange) = self.exchange.as_mut().filter(|exchange| exchange.is_fresh()) {
-            exchange.take(&load, steps, temperatures, |_| 0.0, &self.state.lit);
+            let spreads =
+                || spreads_of_nodes(self.prepared, &self.surface, [&self.state.deviations, &self.state.spreads]);
+            exchange.take(&load, steps, temperatures, |_| 0.0, spreads, &self.state.lit);
         }
         self.state.fluxes = self.absorbed(&load).nodes;
         self.state.jumps.fill(0.0);
@@ -336,7 +301,9 @@ impl<'a> Uncertainty<'a> {
         }
         let sudden = self.sudden(load, &absorbed, is_found);
         if let Some(exchange) = &mut self.exchange {
-            exchange.take(load, steps, temperatures, |node| self.state.nodes[node].late, &self.state.lit);
+            let spreads =
+                || spreads_of_nodes(self.prepared, &self.surface, [&self.state.deviations, &self.state.spreads]);
+            exchange.take(load, steps, temperatures, |node| self.state.nodes[node].late, spreads, &self.state.lit);
         }
         let carried = |number: usize| {
             let balance = self.balance(number, temperatures);
@@ -389,29 +356,6 @@ impl<'a> Uncertainty<'a> {
         (self.state.deviations, self.state.spreads) = corners.into_iter().unzip();
         self.state.nodes = nodes;
         self.state.fluxes = absorbed.nodes;
-    }
-
-    /// Uncertainty of the sunlight that each node absorbs [W/m2] because it may come or go at any time within the interval, where light was found for it. Empty where none was.
-    ///
-    /// Sunlight that changes evenly has no second difference over three findings. Sunlight that jumps from one finding to the next has two of its own size, one after the other.
-    fn sudden(&mut self, load: &StepLoad, absorbed: &Absorbed, is_found: bool) -> Vec<f64> {
-        let sunlight: f64 = load.sun.iter().map(|sample| sample.flux).sum();
-        if sunlight <= 0.0 {
-            // The Sun comes back from elsewhere.
-            self.state.sunlit = Default::default();
-        }
-        if !is_found || sunlight <= 0.0 {
-            return Vec::new();
-        }
-        let now: Vec<f64> = absorbed.solar.iter().map(|flux| flux / sunlight).collect();
-        let [first, second] = &self.state.sunlit;
-        let sudden = |((first, second), now): ((&f64, &f64), &f64)| {
-            SUDDEN * sunlight * ((first - 2.0 * second + now).abs() - EVEN).max(0.0)
-        };
-        let found = first.iter().zip(second).zip(&now).map(sudden).collect();
-        let last = std::mem::replace(&mut self.state.sunlit[1], now);
-        self.state.sunlit[0] = last;
-        found
     }
 
     /// Light that a step with each joint in the pose of its middle errs by, over the light: the mean of 1 - cos over the turn in the step, turn^2 / 24.

@@ -1,6 +1,6 @@
 //! Rays against the triangles of a craft: whether one is hidden, and where it ends.
 //!
-//! The boxes are those of `obvhs`, an eight-way compressed tree in f32; a triangle is met in f64. One function serves shadows, radiation between surfaces,
+//! The boxes are from `obvhs`, an eight-way compressed tree in f32; a triangle is met in f64. One function serves shadows, radiation between surfaces,
 //! mirrors and view factors. The device has a tree of its own (`tree.rs`), which needs no stack.
 
 use glam::{DVec3, Vec3A};

@@ -2,7 +2,6 @@
 
 use super::Renderer;
 use crate::gpu::effects::network::heaters::{self, LOGGED};
-use crate::gpu::effects::network::state::OnePass;
 use crate::gpu::effects::network::{
     COUPLINGS, HEATERS, LOG, MEAN_EVEN, MEMORY, POWERS, STATES, SWITCHES, TOLD, WEIGHTS,
 };
@@ -16,11 +15,11 @@ impl Renderer {
     /// Prepares the steps of the network over `steps` steps of the scene: whether they are halved, their weights, and the
     /// power of heaters.
     pub(super) fn renew_network(&mut self, steps: f64, heating: Option<Heating<'_>>) -> Result<(), GpuError> {
-        if self.scene.network.as_mut().is_some_and(OnePass::is_due) {
+        if self.scene.network.as_mut().is_some_and(|network| network.halvings.is_due()) {
             self.slots.wait()?;
             let recent = self.recent()?;
             let Some(network) = &mut self.scene.network else { return Ok(()) };
-            network.halving.take(recent.estimate());
+            network.halvings.now.take(recent.estimate());
             (network.told, network.told_steps) = (network.told.and(recent), 0);
             let nothing = vec![[0.0f32; 4]; network.tables.shape.estimated() as usize];
             self.resources.upload(&mut self.once, &TOLD, &nothing)?;
@@ -66,12 +65,12 @@ impl Renderer {
 
     /// How often the step of the network is halved. `None` where the frames do not step it.
     pub(crate) fn halving(&self) -> Option<Halving> {
-        self.scene.network.as_ref().map(|network| network.halving)
+        self.scene.network.as_ref().map(|network| network.halvings.now)
     }
 
     /// Takes another course of halvings from the next frame on. Returns the course so far.
     pub(crate) fn take_halving_course(&mut self, course: HalvingCourse) -> HalvingCourse {
-        self.scene.network.as_mut().map(|network| std::mem::replace(&mut network.course, course)).unwrap_or_default()
+        self.scene.network.as_mut().map(|network| network.halvings.take_course(course)).unwrap_or_default()
     }
 
     /// Leaves the network to the host from now on. No frame is in flight.
@@ -86,7 +85,7 @@ impl Renderer {
     pub fn network_estimate(&mut self) -> Result<Option<(Estimate, Halving)>, GpuError> {
         self.wait()?;
         let recent = self.recent()?;
-        Ok(self.scene.network.as_ref().map(|network| (network.told.and(recent).estimate(), network.halving)))
+        Ok(self.scene.network.as_ref().map(|network| (network.told.and(recent).estimate(), network.halvings.now)))
     }
 
     /// Reads the log of the heaters that the last frame of a slot left. The frame is complete.

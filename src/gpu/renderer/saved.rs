@@ -94,7 +94,7 @@ impl Renderer {
             network: self.scene.network.as_ref().map(|network| OnePassProgress {
                 odd: network.odd,
                 age: network.age,
-                halving: network.halving,
+                halving: network.halvings.now,
                 told: network.told,
                 told_steps: network.told_steps,
                 on: network.on.clone(),
@@ -128,7 +128,7 @@ impl Renderer {
             network.take(plan);
             network.on.clone_from(&saved.on);
             (network.odd, network.age) = (saved.odd, saved.age);
-            network.halving = network.halving.with_decisions_of(saved.halving);
+            network.halvings.now = network.halvings.now.with_decisions_of(saved.halving);
             (network.told, network.told_steps) = (saved.told, saved.told_steps);
         }
         self.upload_plan()?;

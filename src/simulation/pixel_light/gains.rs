@@ -1,4 +1,4 @@
-//! What a place of foil takes of the Sun and emits, where a pixel shows another temperature than its nodes: for the budget and the uncertainty of the pixel.
+//! The sunlight and the emission of a place of foil, where a pixel shows another temperature than its nodes: for the budget and the uncertainty of the pixel.
 
 use std::collections::HashMap;
 
@@ -13,9 +13,9 @@ const ROUNDING: f64 = 0.02;
 /// By how much more the temperature of a place of foil changes than its nodes show, for a change by all of a value [K].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct OwnDerivatives {
-    /// By what it absorbs of the Sun.
+    /// By the sunlight that it absorbs.
     pub(crate) sunlight: f64,
-    /// By what its faces emit.
+    /// By the emission of its faces.
     pub(crate) emission: f64,
     pub(crate) capacity: f64,
     /// Whether the Sun stands on the back of the surface.
@@ -35,7 +35,7 @@ impl<'a> FoilGains<'a> {
         Self { past, triangles: surface.triangles.iter().map(|triangle| (slots(triangle), triangle)).collect() }
     }
 
-    /// The derivatives of a place between three nodes, whose temperatures [K] count with radiation between surfaces. `None` where the place is no foil, or where its nodes show what it absorbs.
+    /// The derivatives of a place between three nodes, whose temperatures [K] count with radiation between surfaces. `None` where the place is no foil, or where its nodes show its light.
     pub(crate) fn derivatives(&self, slots: [usize; 3], weights: [f64; 3], kelvin: [f64; 3]) -> Option<OwnDerivatives> {
         let triangle = *self.triangles.get(&slots)?;
         let PastLight { scene, moments, begins } = self.past;

@@ -109,7 +109,7 @@ impl<'a> Places<'a> {
         [kelvin, lit.last().copied().unwrap_or(0.0)]
     }
 
-    /// By how much more a place changes than its nodes show, for a change by all of what it absorbs of the Sun, of what its faces emit, and of its capacity [K].
+    /// By how much more a place changes than its nodes show, for a change by all of its sunlight, of the emission of its faces, and of its capacity [K].
     pub(super) fn derivatives(&self, place: DVec3, weights: [f64; 3], of_nodes: [NodeEnd; 3]) -> Option<[f64; 3]> {
         let foil = self.foil()?;
         let absorbed = self.absorbed(&self.lit_at(place, SunShape::Disc), weights);
@@ -142,7 +142,7 @@ impl<'a> Places<'a> {
         })
     }
 
-    /// What a place that sees these shares of the Sun absorbs of Sun and planet at each moment [W/m2].
+    /// Absorbed light of Sun and planet at each moment, of a place that sees these shares of the Sun [W/m2].
     fn absorbed(&self, lit: &[f64], weights: [f64; 3]) -> Vec<[f64; 2]> {
         let mix = |moment: &Moment, value: fn(&NodeLight) -> f32| {
             interpolate(self.triangle.nodes.map(|node| f64::from(value(&moment.nodes[node]))), weights)

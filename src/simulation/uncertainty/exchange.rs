@@ -12,6 +12,7 @@ use crate::exchange::sky::{Due, LastFound, Renewal};
 use crate::exchange::step::{CraftLight, Exchange};
 use crate::exchange::turn::turned;
 use crate::exchange::uncertainty::{FluxUncertainty, held_rows};
+use crate::exchange::uneven::{SentFrom, Unevenness};
 use crate::simulation::exchange::ExchangeCraft;
 use crate::thermal::misfit::{Misfit, check_length};
 
@@ -110,13 +111,14 @@ impl ExchangeErrors {
         self.state.absorbed.is_empty()
     }
 
-    /// Takes an interval of `steps` steps that ends at temperatures [K], with the lit area of each node. `late` is how much colder than the truth a node is by infrared that arrives late [K].
+    /// Takes an interval of `steps` steps that ends at temperatures [K], with the lit area of each node. `spreads` gives the standard deviation of the temperature within the cell of each node [K]. `late` is how much colder than the truth a node is by infrared that arrives late [K].
     pub(super) fn take(
         &mut self,
         load: &StepLoad,
         steps: f64,
         temperatures: &[f32],
         late: impl Fn(usize) -> f64 + Sync,
+        spreads: impl FnOnce() -> Vec<f64>,
         lit: &Lit,
     ) {
         self.state.corrected.clear();
@@ -162,9 +164,12 @@ impl ExchangeErrors {
             let uncertain = exchange.uncertainty(&errors, &absorbed, held.as_deref());
             let between = self.between_rows(&sent).unwrap_or_default();
             let bent = |patch: usize| between.bent.get(patch).unwrap_or(&0.0);
-            let uneven = exchange.missed_unevenness(load, lit, temperature, self.craft.mirrors.is_some());
+            let spreads = spreads();
+            let sent_from = SentFrom { temperature, spread: |node: usize| spreads[node] };
+            let uneven = exchange.unevenness(load, lit, &sent_from, self.craft.mirrors.is_some());
             let all = |(patch, flux): (usize, &FluxUncertainty)| {
-                [flux.rays.hypot(flux.held).hypot(*bent(patch)), flux.size, uneven[patch]]
+                let Unevenness { missed, beside } = uneven[patch];
+                [flux.rays.hypot(flux.held).hypot(*bent(patch)), flux.size.hypot(beside), missed]
             };
             self.state.uncertain = uncertain.iter().enumerate().map(all).collect();
             (self.state.rows, self.state.rows_held_for) = (between.held, between.held_for);

@@ -26,7 +26,7 @@ use std::sync::Arc;
 
 pub(crate) use blocks::Unfit;
 pub(crate) use conduction::Conduction;
-pub(crate) use halving::{HALVINGS_AT_MOST, Halving, HalvingCourse};
+pub(crate) use halving::{HALVINGS_AT_MOST, Halving, HalvingCourse, Halvings};
 pub(crate) use large::Large;
 pub(crate) use plan::{OnePassPlan, Plans};
 pub(crate) use rows::ExchangeLink;
@@ -83,8 +83,7 @@ pub(crate) struct OnePassNetwork {
     coupled: Vec<f64>,
     /// Steps of this length so far. `last` and `coupling` belong to such a step only after the first one.
     age: u32,
-    halving: Halving,
-    course: HalvingCourse,
+    halvings: Halvings,
     /// The estimate before the last decision, and since.
     told: [Told; 2],
     heaters: Vec<OnePassHeater>,
@@ -108,8 +107,7 @@ impl OnePassNetwork {
             trend: nothing.clone(),
             coupled: nothing,
             age: 0,
-            halving: Halving::new(tolerance, plan.halvings()),
-            course: HalvingCourse::Decided,
+            halvings: Halvings::new(tolerance, plan.halvings()),
             plans: Plans::new(plan),
             plan: Arc::clone(plan),
             told: Default::default(),
@@ -146,13 +144,12 @@ impl OnePassNetwork {
     /// Advances from `start` [s] by `length` [s] under a constant heat of every node and a constant power of every heater [W], in equal steps that are
     /// not longer than the plan's. Returns the switches of thermostats.
     pub(crate) fn advance(&mut self, heat: &[f64], powers: &[f64], start: f64, length: f64) -> Vec<Switch> {
-        if self.course.is_due(&mut self.halving) {
+        if self.halvings.is_due() {
             let recent = std::mem::take(&mut self.told[1]);
-            self.halving.take(recent.estimate());
+            self.halvings.now.take(recent.estimate());
             self.told[0] = self.told[0].and(recent);
         }
-        self.course.keep(&self.halving);
-        let (plan, count) = self.plans.over(length, self.halving.parts());
+        let (plan, count) = self.plans.over(length, self.halvings.begin());
         if !Arc::ptr_eq(&plan, &self.plan) {
             self.gains = self.heaters.iter().map(|one| one.gain(&plan)).collect();
             (self.plan, self.age) = (Arc::clone(&plan), 0);
@@ -213,12 +210,12 @@ impl OnePassNetwork {
     }
 
     pub(crate) fn halving(&self) -> &Halving {
-        &self.halving
+        &self.halvings.now
     }
 
     /// Takes another course of halvings from the next step on. Returns the course so far.
     pub(crate) fn take_course(&mut self, course: HalvingCourse) -> HalvingCourse {
-        std::mem::replace(&mut self.course, course)
+        self.halvings.take_course(course)
     }
 
     fn tell(&mut self) {

@@ -8,9 +8,7 @@ use crate::gpu::pass::Frame;
 use crate::gpu::resource::{Resource, SLOTS};
 use crate::model::nodes::GROUP;
 use crate::thermal::network::control::Switch;
-use crate::thermal::network::one_pass::{
-    HALVINGS_AT_MOST, Halving, HalvingCourse, OnePassPlan, Plans, Told, estimates,
-};
+use crate::thermal::network::one_pass::{HALVINGS_AT_MOST, Halvings, OnePassPlan, Plans, Told, estimates};
 
 /// Most steps of a network in a frame whose passes are timed: a coarse step of a warm-up has six of the scene, each halved three times.
 pub(crate) const STEPS_AT_MOST: u32 = 6 << HALVINGS_AT_MOST;
@@ -29,8 +27,7 @@ pub(crate) struct OnePass {
     pub(crate) age: u32,
     /// Number of steps of the next frame.
     pub(crate) count: u32,
-    pub(crate) halving: Halving,
-    pub(crate) course: HalvingCourse,
+    pub(crate) halvings: Halvings,
     /// The estimate of the error before what the device keeps.
     pub(crate) told: Told,
     /// Estimates since the device keeps them.
@@ -50,8 +47,7 @@ impl OnePass {
         Self {
             tables: tables.clone(),
             plans: Plans::new(&plan),
-            halving: Halving::new(tables.tolerance, plan.halvings()),
-            course: HalvingCourse::Decided,
+            halvings: Halvings::new(tables.tolerance, plan.halvings()),
             constants: PlanConstants::new(&plan, tables.shape.in_large()),
             plan,
             odd: false,
@@ -115,19 +111,13 @@ impl OnePass {
 
     /// Prepares the steps of a frame of `steps` steps of the scene. Returns whether the device needs the weights of another plan.
     pub(crate) fn prepare(&mut self, steps: f64) -> bool {
-        self.course.keep(&self.halving);
-        let (plan, count) = self.plans.over(steps * self.tables.step, self.halving.parts());
+        let (plan, count) = self.plans.over(steps * self.tables.step, self.halvings.begin());
         self.count = count;
         let changed = !Arc::ptr_eq(&plan, &self.plan);
         if changed {
             self.take(plan);
         }
         changed
-    }
-
-    /// Counts a step of the scene. Returns whether the estimate is to be taken before it.
-    pub(crate) fn is_due(&mut self) -> bool {
-        self.course.is_due(&mut self.halving)
     }
 
     /// Moves the state past steps of the present length.

@@ -84,25 +84,44 @@ pub enum HalvingCourse {
 }
 
 impl HalvingCourse {
-    /// Counts a step of the scene. Returns whether the estimate is to be taken before it.
-    pub(crate) fn is_due(&mut self, halving: &mut Halving) -> bool {
-        let due = halving.is_due();
-        let Self::Followed(kept, next) = self else { return due };
-        let Some(count) = kept.get(*next) else { return due };
-        (halving.count, *next) = (*count, *next + 1);
-        false
-    }
-
-    /// Takes the halvings of a step that begins.
-    pub(crate) fn keep(&mut self, halving: &Halving) {
-        if let Self::Kept(kept) = self {
-            kept.push(halving.count);
-        }
-    }
-
     /// The halvings of each step that were kept. Empty where they were not.
     pub(crate) fn kept(self) -> Arc<[u32]> {
         if let Self::Kept(kept) = self { kept.into() } else { Arc::default() }
+    }
+}
+
+/// Halvings of the step, and who decides on them.
+#[derive(Debug, Clone)]
+pub(crate) struct Halvings {
+    pub(crate) now: Halving,
+    course: HalvingCourse,
+}
+
+impl Halvings {
+    pub(crate) fn new(tolerance: f64, least: u32) -> Self {
+        Self { now: Halving::new(tolerance, least), course: HalvingCourse::Decided }
+    }
+
+    /// Counts a step of the scene. Returns whether the estimate is to be taken before it.
+    pub(crate) fn is_due(&mut self) -> bool {
+        let due = self.now.is_due();
+        let HalvingCourse::Followed(kept, next) = &mut self.course else { return due };
+        let Some(count) = kept.get(*next) else { return due };
+        (self.now.count, *next) = (*count, *next + 1);
+        false
+    }
+
+    /// Steps of a step of the scene that begins, in the longest step that the network fits.
+    pub(crate) fn begin(&mut self) -> u32 {
+        if let HalvingCourse::Kept(kept) = &mut self.course {
+            kept.push(self.now.count);
+        }
+        self.now.parts()
+    }
+
+    /// Takes another course from the next step on. Returns the course so far.
+    pub(crate) fn take_course(&mut self, course: HalvingCourse) -> HalvingCourse {
+        std::mem::replace(&mut self.course, course)
     }
 }
 
@@ -113,17 +132,17 @@ mod tests {
     #[test]
     fn a_run_follows_the_halvings_of_another() {
         let much = Estimate { rms: 1.0, most: 1.0, node: 0 };
-        let run = |mut course: HalvingCourse, errs: bool| {
-            let mut halving = Halving::new(0.1, 0);
+        let run = |course: HalvingCourse, errs: bool| {
+            let mut halvings = Halvings::new(0.1, 0);
+            halvings.take_course(course);
             let step = |_| {
-                if course.is_due(&mut halving) && errs {
-                    halving.take(much);
+                if halvings.is_due() && errs {
+                    halvings.now.take(much);
                 }
-                course.keep(&halving);
-                halving.parts()
+                halvings.begin()
             };
             let parts: Vec<u32> = (0..22).map(step).collect();
-            (parts, course.kept())
+            (parts, halvings.take_course(HalvingCourse::Decided).kept())
         };
         let (first, kept) = run(HalvingCourse::Kept(Vec::new()), true);
         assert_eq!((first[3], first[4], first[20]), (1, 2, 4));

@@ -18,7 +18,8 @@ pub(crate) struct OnePassState {
 
 impl OnePassNetwork {
     pub(crate) fn save(&self) -> OnePassState {
-        let Self { age, halving, told, .. } = *self;
+        let Self { age, told, .. } = *self;
+        let halving = self.halvings.now;
         let lists = self.clone().lists().map(std::mem::take);
         OnePassState { lists, step: self.plan.step(), age, halving, told, states: self.states.clone() }
     }
@@ -38,7 +39,7 @@ impl OnePassNetwork {
         (self.plan, _) = self.plans.over(saved.step, 1);
         self.gains = self.heaters.iter().map(|one| one.gain(&self.plan)).collect();
         (self.age, self.told) = (saved.age, saved.told);
-        self.halving = self.halving.with_decisions_of(saved.halving);
+        self.halvings.now = self.halvings.now.with_decisions_of(saved.halving);
         Ok(())
     }
 
