@@ -1,6 +1,6 @@
 """The cases, in the order in which they run."""
 
-from . import abutting, can, comb, eclipse, floor_wall, hinge, hole, plain, rise, sandwich, slab, spin, station_cut, tube, wedge
+from . import abutting, box_on_deck, can, comb, eclipse, floor_wall, hinge, hole, plain, rise, sandwich, slab, spin, station_cut, tube, wedge
 
 ALL = [
     *abutting.CASES,
@@ -12,6 +12,7 @@ ALL = [
     *can.CASES,
     *plain.CASES,
     *hole.CASES,
+    *box_on_deck.CASES,
     *floor_wall.CASES,
     *wedge.CASES,
     *sandwich.CASES,
