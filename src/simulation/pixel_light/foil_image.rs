@@ -17,8 +17,13 @@ use crate::trace::span;
 const LEAST_CHANGE: f64 = 1e-3;
 
 /// Looks at the Sun as a disc from the places of a triangle on both sides of an edge of a shadow, from those at the triangle's rim, and from those beside a place that sees a part of it.
-/// `found` has the change of each place and the share of the Sun that it sees.
-fn soften(width: usize, seen: &[CoveredPlace], found: &mut [[f64; 2]], change: impl Fn(&CoveredPlace) -> [f64; 2]) {
+/// `found` has the change of each place and the share of the Sun that it sees. `change` gives these where a place sees a part of the Sun.
+fn soften(
+    width: usize,
+    seen: &[CoveredPlace],
+    found: &mut [[f64; 2]],
+    change: impl Fn(&CoveredPlace) -> Option<[f64; 2]>,
+) {
     let number: HashMap<usize, usize> = seen.iter().enumerate().map(|(number, place)| (place.pixel, number)).collect();
     let beside = |place: usize| {
         let pixel = seen[place].pixel;
@@ -33,8 +38,8 @@ fn soften(width: usize, seen: &[CoveredPlace], found: &mut [[f64; 2]], change: i
         if std::mem::replace(&mut looked[place], true) {
             continue;
         }
-        found[place] = change(&seen[place]);
-        if found[place][1] > 0.0 && found[place][1] < 1.0 {
+        if let Some(soft) = change(&seen[place]) {
+            found[place] = soft;
             next.extend(beside(place).into_iter().flatten());
         }
     }
@@ -147,7 +152,12 @@ impl<'a> FoilImage<'a> {
         };
         let mut found: Vec<[f64; 2]> = seen.iter().map(|place| change(place, SunShape::Middle)).collect();
         if lit.last() == Some(&None) {
-            soften(self.view.width as usize, &seen, &mut found, |place| change(place, SunShape::Disc));
+            let is_partly_lit = |place: &CoveredPlace| {
+                let share = places.share_now(interpolate(positions, place.weights));
+                share > 0.0 && share < 1.0
+            };
+            let change = |place: &CoveredPlace| is_partly_lit(place).then(|| change(place, SunShape::Disc));
+            soften(self.view.width as usize, &seen, &mut found, change);
         }
         let changed = seen.iter().zip(found).filter(|(_, [kelvin, _])| kelvin.abs() >= LEAST_CHANGE);
         let value = |(place, [kelvin, _]): (&CoveredPlace, [f64; 2])| SampleChange {

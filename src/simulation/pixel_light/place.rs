@@ -134,6 +134,14 @@ impl<'a> Places<'a> {
         ])
     }
 
+    /// Share of the Sun's disc that a place (in the frame of its joint) sees in the end.
+    pub(super) fn share_now(&self, place: DVec3) -> f64 {
+        let FoilTriangle { normal, both_sides, .. } = self.triangle;
+        let sides = (*normal, *both_sides);
+        let share = |now: &Arc<Moment>| now.sun_share(self.trees, (place, self.joint()), sides, SunShape::Disc);
+        self.moments.last().map_or(0.0, share)
+    }
+
     /// Share of the Sun that a place (in the frame of its joint) sees at each moment.
     fn lit_at(&self, place: DVec3, shape: SunShape) -> Vec<f64> {
         let FoilTriangle { normal, both_sides, .. } = self.triangle;
