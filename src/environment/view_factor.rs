@@ -1,6 +1,8 @@
-//! View factor from a plate to the planet's sphere, exact for every tilt.
+//! The disc of a body in the sky: directions that divide it, and the view factor from a plate to the planet, exact for every tilt.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
 
 /// The planet's apparent radius as the sine and cosine of its angle. Both are computed once in a step in f64, because for a low orbit a cosine made
 /// from an f32 sine loses its digits.
@@ -17,6 +19,21 @@ impl ApparentRadius {
     pub(crate) fn new(distance_ratio: f64) -> Self {
         let cos = ((distance_ratio - 1.0).max(0.0) * (distance_ratio + 1.0)).sqrt() / distance_ratio;
         Self { sin: 1.0 / distance_ratio, cos }
+    }
+
+    /// Directions that divide the disc around a direction into equal solid angles, on a spiral (Vogel 1979, Math. Biosci. 44).
+    pub(crate) fn directions(self, centre: DVec3, count: usize) -> impl Iterator<Item = DVec3> {
+        let across = centre.any_orthonormal_vector();
+        let third = centre.cross(across);
+        // 1 - cos of the radius keeps its digits for a small disc.
+        let depth = self.sin * self.sin / (1.0 + self.cos);
+        let turn = PI * (3.0 - 5.0_f64.sqrt());
+        (0..count).map(move |number| {
+            let below = depth * (number as f64 + 0.5) / count as f64;
+            let (sin, cos) = (turn * number as f64).rem_euclid(TAU).sin_cos();
+            let sine = (below * (2.0 - below)).sqrt();
+            (1.0 - below) * centre + sine * (cos * across + sin * third)
+        })
     }
 }
 

@@ -12,7 +12,7 @@ use crate::lens::Distortion;
 /// thin as a hundredth of it. In a smaller image it is a share of its lesser side, or the least.
 const MOST_SPAN: f64 = 192.0;
 const LEAST_SPAN: f64 = 16.0;
-/// This share with one sample of a pixel, in whose place come 2 x 2 texels or more, and with several, in whose place come 4 x 4 or more.
+/// This share with one sample of a pixel, which 2 x 2 texels or more replace, and with several samples, which 4 x 4 or more replace.
 const SHARES: [f64; 2] = [0.375, 0.25];
 /// Most texels of a crop along either axis, where all may lie in one pixel. An invocation has no more turns than the square of it.
 const TEXELS: f64 = 256.0;

@@ -183,7 +183,8 @@ pub(crate) struct SeenPlanet {
 impl SeenPlanet {
     /// The means of a planet whose centre is in the direction `nadir` of its map's axes, for mirrors of these roughnesses.
     pub(crate) fn new(map: &Arc<Equirectangular>, nadir: DVec3, disc: ApparentRadius, roughnesses: &[f64]) -> Self {
-        let points = disc_points(nadir, disc, DISC_POINTS)
+        let points = disc
+            .directions(nadir, DISC_POINTS)
             .map(|direction| (direction, map.at(seen_point(direction, nadir, disc))));
         let points: Vec<(DVec3, f64)> = points.collect();
         let plain = points.iter().map(|(_, value)| value).sum::<f64>() / points.len() as f64;
@@ -208,21 +209,6 @@ impl SeenPlanet {
         }));
         Self { map: Arc::clone(map), means }
     }
-}
-
-/// Directions that divide a disc into equal solid angles, on a spiral.
-fn disc_points(centre: DVec3, disc: ApparentRadius, count: usize) -> impl Iterator<Item = DVec3> {
-    let across = centre.any_orthonormal_vector();
-    let third = centre.cross(across);
-    // 1 - cos of the radius keeps its digits for a small disc.
-    let depth = disc.sin * disc.sin / (1.0 + disc.cos);
-    let turn = PI * (3.0 - 5.0_f64.sqrt());
-    (0..count).map(move |number| {
-        let below = depth * (number as f64 + 0.5) / count as f64;
-        let (sin, cos) = (turn * number as f64).rem_euclid(TAU).sin_cos();
-        let sine = (below * (2.0 - below)).sqrt();
-        (1.0 - below) * centre + sine * (cos * across + sin * third)
-    })
 }
 
 /// Angle by which the planet's centre may move in its map before the means are made anew [rad].
@@ -272,7 +258,7 @@ mod tests {
         for ratio in [1.001, 1.064, 6.6, 60.0] {
             let disc = ApparentRadius::new(ratio);
             let nadir = DVec3::new(0.36, -0.48, 0.8);
-            for direction in disc_points(nadir, disc, 300) {
+            for direction in disc.directions(nadir, 300) {
                 let point = seen_point(direction, nadir, disc);
                 assert!((point.length() - 1.0).abs() < 1e-9);
                 // From the craft at -ratio x nadir to the point.
@@ -290,7 +276,7 @@ mod tests {
             let disc = ApparentRadius::new(ratio);
             let nadir = DVec3::new(0.36, -0.48, 0.8);
             let seen = SeenPlanet::new(&map, nadir, disc, &[roughness]);
-            let points: Vec<DVec3> = disc_points(nadir, disc, 20_000).collect();
+            let points: Vec<DVec3> = disc.directions(nadir, 20_000).collect();
             let lobe = Lobe::new(roughness, disc);
             let (mut diffuse_off, mut rough_off, mut uniform_off) = (0.0_f64, 0.0_f64, 0.0_f64);
             for direction in directions(60).filter(|direction| direction.dot(nadir) > -0.3 * disc.sin) {
