@@ -42,6 +42,12 @@ layout(set = 0, binding = 6) readonly buffer ExchangeSeenBlock { vec2 seen[]; };
 // Rows of the poses of the body and of the joints.
 layout(set = 0, binding = 7) readonly buffer ExchangePosesBlock { vec4 poses[]; };
 layout(set = 0, binding = 8) buffer ExchangeReflectedBlock { vec4 reflected[]; };
+#ifdef SUN
+#ifndef BY_RAYS
+// Rows of the patches in the first finding, then in the second.
+layout(set = 0, binding = 13) readonly buffer ExchangeRowsBlock { ExchangeRow rows[]; };
+#endif
+#endif
 #ifdef MIRRORS
 layout(set = 0, binding = 9) buffer ExchangeMirroredBlock { float mirrored[]; };
 #endif
@@ -113,7 +119,9 @@ void main() {
     sunlight += solar_flux(normal);
 #endif
 #ifndef BY_RAYS
-    sunlight *= here.exposed;
+    float exposed = pass.share < 1.0 ? (1.0 - pass.share) * rows[own].exposed : 0.0;
+    exposed += pass.share > 0.0 ? pass.share * rows[pass.patches + own].exposed : 0.0;
+    sunlight *= exposed;
 #endif
 #endif
 #ifdef MIRRORS

@@ -21,6 +21,8 @@ layout(set = 0, binding = 3) buffer ExchangeReceivedBlock { vec2 received[]; };
 layout(set = 0, binding = 4) readonly buffer ExchangeSunlightBlock { float sunlight[]; };
 #endif
 #endif
+// Rows of the patches in the first finding, then in the second.
+layout(set = 0, binding = 5) readonly buffer ExchangeRowsBlock { ExchangeRow rows[]; };
 
 float from_patch(uint own) {
 #ifdef REFLECTED
@@ -31,23 +33,17 @@ float from_patch(uint own) {
 #endif
 }
 
-void main() {
-    uint own = pass.first + gl_GlobalInvocationID.x;
-    if (own >= pass.end) {
-        return;
-    }
-    ExchangePatch here = patches[own];
+// Light that arrives at a patch by a row [W].
+float arrives_by(ExchangeRow row, uint own) {
 #ifdef REFLECTED
-    uint first = here.first_reflected;
-    uint end = here.end_reflected;
-    float itself = here.itself_reflected;
-    float takes = here.absorptivity;
+    uint first = row.first_reflected;
+    uint end = row.end_reflected;
+    float itself = row.itself_reflected;
 #endif
 #ifndef REFLECTED
-    uint first = here.first_entry;
-    uint end = here.end_entry;
-    float itself = here.itself;
-    float takes = here.emissivity;
+    uint first = row.first_entry;
+    uint end = row.end_entry;
+    float itself = row.itself;
 #endif
     vec4 arrives = vec4(0.0);
     for (uint k = first; k < end; k++) {
@@ -55,8 +51,34 @@ void main() {
         uvec4 of = at & uvec4(0xffffu);
         arrives += uintBitsToFloat(at & uvec4(0xffff0000u)) * vec4(from_patch(of.x), from_patch(of.y), from_patch(of.z), from_patch(of.w));
     }
-    float all = itself * from_patch(own) + ((arrives.x + arrives.y) + (arrives.z + arrives.w));
-    float absorbed = takes * all * here.per_area;
+    return itself * from_patch(own) + ((arrives.x + arrives.y) + (arrives.z + arrives.w));
+}
+
+void main() {
+    uint own = pass.first + gl_GlobalInvocationID.x;
+    if (own >= pass.end) {
+        return;
+    }
+    ExchangePatch here = patches[own];
+    // Joints may rest in a finding, and craft without joints have the first alone.
+    float all = 0.0;
+    float exposed = 0.0;
+    if (pass.share < 1.0) {
+        ExchangeRow row = rows[own];
+        all += (1.0 - pass.share) * arrives_by(row, own);
+        exposed += (1.0 - pass.share) * row.exposed;
+    }
+    if (pass.share > 0.0) {
+        ExchangeRow row = rows[pass.patches + own];
+        all += pass.share * arrives_by(row, own);
+        exposed += pass.share * row.exposed;
+    }
+#ifdef REFLECTED
+    float absorbed = here.absorptivity * all * here.per_area;
+#endif
+#ifndef REFLECTED
+    float absorbed = here.emissivity * all * here.per_area;
+#endif
 #ifdef REFLECTED
 #ifdef MIRRORS
     absorbed += sunlight[own];
@@ -67,6 +89,6 @@ void main() {
 #ifdef SUN
     absorbed += sunlight[own];
 #endif
-    received[own] = vec2(absorbed, here.exposed);
+    received[own] = vec2(absorbed, exposed);
 #endif
 }

@@ -152,18 +152,21 @@ struct ExchangePatch {
     float per_area;
     uint first_node;
     uint end_node;
+    uint joint;
+    float specular;
+    uint back;
+    float cooling;
+    float radius;
+};
+
+struct ExchangeRow {
     uint first_entry;
     uint end_entry;
     uint first_reflected;
     uint end_reflected;
     float itself;
     float itself_reflected;
-    uint joint;
-    float specular;
     float exposed;
-    uint back;
-    float cooling;
-    float radius;
 };
 
 struct ExchangePass {
@@ -172,6 +175,8 @@ struct ExchangePass {
     uint rays;
     float held;
     float lead;
+    uint patches;
+    float share;
 };
 
 struct HeatPass {

@@ -26,14 +26,11 @@ const NOISE: f64 = 3.0;
 impl Exchange {
     /// The exchange at a share of the way to another pose of the same craft, without view factors between patches: no step asks for them.
     pub(crate) fn at(&self, other: &Self, share: f64) -> Self {
-        let emissivities: Vec<f64> = self.patches.iter().map(|patch| patch.optics.emissivity).collect();
         let ends = [&self.for_light, &other.for_light].map(Arc::clone);
-        let (patches, areas) = (Arc::clone(&self.patches), self.factors.areas.clone());
         let for_light = late(move || {
-            let absorptivities: Vec<f64> = patches.iter().map(|patch| patch.optics.absorptivity).collect();
             let [from, to] = &ends;
             LightAreas {
-                sunlight: from.sunlight.at(&to.sunlight, share, &areas, &absorptivities),
+                sunlight: from.sunlight.at(&to.sunlight, share),
                 sky: mean_sky([&from.sky, &to.sky], share),
             }
         });
@@ -43,7 +40,7 @@ impl Exchange {
             of_node: Arc::clone(&self.of_node),
             slopes: Arc::clone(&self.slopes),
             factors: self.factors.at(&other.factors, share),
-            infrared: self.infrared.at(&other.infrared, share, &self.factors.areas, &emissivities),
+            infrared: self.infrared.at(&other.infrared, share),
             for_light,
             directions: Arc::clone(&self.directions),
             ..*self
@@ -132,9 +129,9 @@ impl Factors {
 }
 
 impl Areas {
-    fn at(&self, other: &Self, share: f64, areas: &[f64], absorptivities: &[f64]) -> Self {
+    fn at(&self, other: &Self, share: f64) -> Self {
         let between = self.between.combined(&other.between, |_, _, a, b| a + share * (b - a));
         let space = self.space.iter().zip(&other.space).map(|(a, b)| a + share * (b - a)).collect();
-        Self::closed(between, space, areas, absorptivities)
+        Self { between, space, returned: self.returned.max(other.returned) }
     }
 }

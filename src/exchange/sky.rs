@@ -104,12 +104,16 @@ fn word_of(direction: DVec3, open: u32) -> u32 {
 
 /// Room for every number of open parts.
 const MEANS: usize = 16;
+/// Just above a half, so that halves are rounded alike whatever the rounding of the share.
+const HALF: f64 = 0.5001;
 
 /// Words of the sky between two poses: the same bundles, each with the mean of its open shares to the next twelfth.
+///
+/// Twin: `glsl/exchange_sky.comp`.
 pub(super) fn mean_sky([from, to]: [&[u32]; 2], share: f64) -> Vec<u32> {
     // Twelve parts have few means.
     let means: [[u32; MEANS]; MEANS] =
-        std::array::from_fn(|a| std::array::from_fn(|b| (a as f64 + share * (b as f64 - a as f64)).round() as u32));
+        std::array::from_fn(|a| std::array::from_fn(|b| (a as f64 + share * (b as f64 - a as f64) + HALF) as u32));
     let parts = |word: u32| usize::from(open_parts(word)) % MEANS;
     let mean = |(a, b): (&u32, &u32)| means[parts(*a)][parts(*b)] << (2 * BITS) | (a & ((1 << (2 * BITS)) - 1));
     from.par_iter().zip(to).map(mean).collect()
@@ -280,11 +284,6 @@ impl Renewal {
     pub(crate) fn new_rows(&mut self) {
         self.last.since[1] = self.every;
         self.new_rows = true;
-    }
-
-    /// Whether light is computed anew for a load that lasts `steps`, with rows that are new or not.
-    pub(crate) fn finds_light(&self, load: &StepLoad, steps: f64, new_rows: bool) -> bool {
-        self.is_far(&FoundFor::new(load), new_rows || self.is_due(steps), new_rows)
     }
 
     /// Whether infrared would be held for too long if a load that lasts `steps` had it too.

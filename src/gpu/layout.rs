@@ -9,7 +9,7 @@ mod shadow;
 mod shared;
 mod step;
 
-pub(crate) use exchange::{ExchangePass, ExchangePatch};
+pub(crate) use exchange::{ExchangePass, ExchangePatch, ExchangeRow};
 pub use image::View;
 pub(crate) use image::{
     Band, Distant, DrawCommand, PlanetView, Reflector, Sampling, Shutter, ShutterSky, Surroundings, Tracing,

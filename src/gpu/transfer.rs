@@ -19,12 +19,23 @@ impl Resources {
         resource: &'static Resource,
         values: &[T],
     ) -> Result<(), GpuError> {
+        self.upload_from(once, resource, values, 0)
+    }
+
+    /// The same from the element `first` on.
+    pub(super) fn upload_from<T: Pod>(
+        &mut self,
+        once: &mut Once,
+        resource: &'static Resource,
+        values: &[T],
+        first: usize,
+    ) -> Result<(), GpuError> {
         let Some(target) = self.get(resource).cloned() else { return Ok(()) };
         if self.get(&STAGED).is_none() {
             self.make(&STAGED, STAGED_AT_MOST as u64)?;
         }
         let list = lists::upload(resource);
-        let mut offset = target.offset;
+        let mut offset = target.offset + (first * size_of::<T>()) as u64;
         for piece in bytemuck::cast_slice::<T, u8>(values).chunks(STAGED_AT_MOST) {
             self.write(&STAGED, 0, piece)?;
             let bytes = piece.len() as u64;

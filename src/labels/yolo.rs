@@ -43,11 +43,20 @@ fn line_of(craft: &Craft, image: &LabelledImage, key_points: &[ImageKeyPoint], t
     text + &" 0 0 0".repeat(missing) + "\n"
 }
 
-/// `yolo.yaml`, for the splits that have images.
+/// `yolo.yaml`, for the splits that have images. Ultralytics refuses a file without `train` or `val`, so the first split stands in for one without images.
 pub(crate) fn data(craft: &Craft, splits: &[Split]) -> String {
     let mut text = "# Ultralytics YOLO. Paths begin in the folder of this file.\n".to_owned();
-    for split in splits {
-        let _ = writeln!(text, "{}: {}", split.name(), places::yolo(*split));
+    for split in Split::ALL {
+        let name = split.name();
+        let stand_in = splits.first().filter(|_| split != Split::Test);
+        let _ = match (splits.contains(&split), stand_in) {
+            (true, _) => writeln!(text, "{name}: {}", places::yolo(split)),
+            (false, Some(other)) => {
+                let other = (other.name(), places::yolo(*other));
+                writeln!(text, "# No orbit is in {name}: the images of {} stand in.\n{name}: {}", other.0, other.1)
+            }
+            (false, None) => Ok(()),
+        };
     }
     text += "names:\n";
     for (target, name) in craft.target_names().into_iter().enumerate() {
@@ -82,5 +91,9 @@ mod tests {
         let yaml = data(&small_craft(), &[Split::Train, Split::Validation]);
         assert!(yaml.contains("train: yolo_train.txt\nval: yolo_val.txt\nnames:\n  0: "), "{yaml}");
         assert!(yaml.ends_with("kpt_shape: [1, 3]\n"), "{yaml}");
+        // `ultralytics/data/utils.py::check_det_dataset` raises where `train` or `val` is missing.
+        let yaml = data(&small_craft(), &[Split::Train]);
+        let val = "train: yolo_train.txt\n# No orbit is in val: the images of train stand in.\nval: yolo_train.txt\nnames:";
+        assert!(yaml.contains(val) && !yaml.contains("test"), "{yaml}");
     }
 }

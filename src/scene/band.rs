@@ -36,8 +36,10 @@ pub(super) fn read<'a>(
     let mut bands: ReadBands = Vec::new();
     for section in root.tables("band", keys::BAND)? {
         for band in one_or_preset(&section, files)? {
-            if bands.iter().any(|(other, _)| other.name == band.name) {
-                return Err(section.error("name", format!("'{}' is the name of another band", band.name)));
+            // Names are parts of file names, which some file systems tell apart by letters alone.
+            if let Some((other, _)) = bands.iter().find(|(other, _)| other.name.eq_ignore_ascii_case(&band.name)) {
+                let differs = if other.name == band.name { "" } else { " in other case, and names files" };
+                return Err(section.error("name", format!("'{}' is the name of another band{differs}", band.name)));
             }
             bands.push((band, section.clone()));
         }

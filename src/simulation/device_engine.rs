@@ -335,9 +335,9 @@ impl Engine for DeviceEngine {
             }
         }
         if let Some(exchange) = &mut self.exchange
-            && let Some(tables) = exchange.restore(part("radiation between surfaces", &saved.exchange)?)
+            && let Some(new) = exchange.restore(part("radiation between surfaces", &saved.exchange)?)
         {
-            self.renderer.set_exchange(tables)?;
+            self.renderer.set_exchange(exchange.tables(), new)?;
         }
         self.renderer.restore(&saved.scene)?;
         self.steps = saved.steps;

@@ -194,7 +194,7 @@ impl ExchangeCraft {
 
     /// Lets others use the rows that an engine uses now.
     pub(super) fn share(&self, posed: &Posed<Exchange>) {
-        self.shared.share(posed.rows(), posed.found());
+        self.shared.share(posed.rows(), posed.held());
     }
 
     /// The exchange between two poses, without view factors between patches, or in a pose. A check has the rows of its engine, because the same function would find the

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use super::exchange::{ExchangeCraft, inside};
-use super::exchange_poses::{Posed, PosedState, RowsBetween};
+use super::exchange_poses::{Held, Posed, PosedState, RowsBetween};
 use crate::exchange::step::Exchange;
 use crate::gpu::effects::exchange::tables::ExchangeTables;
 use crate::thermal::received::FaceLoad;
@@ -19,6 +19,8 @@ pub(super) struct DeviceExchange {
     craft: Arc<ExchangeCraft>,
     posed: Posed<Exchange>,
     tables: ExchangeTables,
+    /// Numbers of the findings in the tables.
+    findings: [Option<u64>; 2],
     /// Changes of the open sky of patches as rows changed.
     changes: Changes,
     /// Share of the rays of each patch that met an inner face in the first poses.
@@ -41,12 +43,14 @@ impl DeviceExchange {
     pub(crate) fn new(craft: &Arc<ExchangeCraft>, poses: &[DAffine3]) -> Self {
         let mut posed = Posed::new(craft.settings.redraw_angle);
         let found = posed.turn(poses, &mut |poses| craft.find(poses));
-        let tables = found.map(|exchange| ExchangeTables::new(exchange, poses.len() > 1)).unwrap_or_default();
+        let first = found.map(|held| held.from.0);
+        let tables = found.map(|held| ExchangeTables::new(&held.from.1, poses.len() > 1)).unwrap_or_default();
         Self {
             craft: Arc::clone(craft),
             posed,
-            inner: tables.inner.clone(),
+            inner: tables.findings[0].inner.clone(),
             tables,
+            findings: [first, None],
             changes: Changes::default(),
             covered: (0, 0.0),
         }
@@ -72,40 +76,47 @@ impl DeviceExchange {
         self.posed.found().map(|exchange| exchange.exchanged_infrared(black)).unwrap_or_default()
     }
 
-    /// Follows the joints. Returns tables where others hold than before, or where light is found that the last ones do not serve. `finds_light` tells whether light is
-    /// found with rows that are new or not.
-    pub(crate) fn turn(
-        &mut self,
-        poses: &[DAffine3],
-        finds_light: impl FnOnce(bool) -> bool,
-    ) -> Option<&ExchangeTables> {
-        let craft = &self.craft;
-        let is_new = self.posed.turn(poses, &mut |poses| craft.find(poses)).is_some();
+    /// Follows the joints. Returns which findings of the tables are new, where other rows hold than before.
+    pub(crate) fn turn(&mut self, poses: &[DAffine3]) -> Option<[bool; 2]> {
+        let craft = Arc::clone(&self.craft);
+        let held = self.posed.turn(poses, &mut |poses| craft.find(poses)).cloned();
         craft.share(&self.posed);
-        let for_light = finds_light(is_new);
-        if !is_new && (self.tables.for_light || !for_light) {
-            return None;
-        }
-        let now = self.posed.found()?;
-        let _orders = span("ordering the exchange");
-        let before = std::mem::take(&mut self.tables.open);
-        self.tables.renew(now, for_light);
-        if !is_new {
-            return Some(&self.tables);
-        }
-        self.changes.take(&before, &self.tables.open);
-        let covered = covered(craft, [&self.inner, &self.tables.inner]);
+        let held = held?;
+        let before = self.tables.mean(|finding| &finding.open);
+        let new = self.take(&held);
+        self.changes.take(&before, &self.tables.mean(|finding| &finding.open));
+        let covered = covered(&craft, [&self.inner, &self.tables.mean(|finding| &finding.inner)]);
         self.covered = if covered.1 > self.covered.1 { covered } else { self.covered };
-        Some(&self.tables)
+        Some(new)
+    }
+
+    /// Lets the tables have what holds. A finding that they have stays where it is. Returns which are new.
+    fn take(&mut self, held: &Held<Exchange>) -> [bool; 2] {
+        let Held { from, to, share, .. } = held;
+        let place = |number: u64| self.findings.iter().position(|own| *own == Some(number));
+        let first = place(from.0).unwrap_or_else(|| place(to.0).map_or(0, |place| 1 - place));
+        let second = if from.0 == to.0 { first } else { 1 - first };
+        self.tables.share = if first == 0 { *share } else { 1.0 - share };
+        let mut new = [false; 2];
+        for (slot, (number, exchange)) in [(first, from), (second, to)] {
+            if self.findings[slot] != Some(*number) {
+                let _orders = span("ordering the exchange");
+                self.tables.renew(slot, exchange);
+                (self.findings[slot], new[slot]) = (Some(*number), true);
+            }
+        }
+        new
     }
 
     /// The facts of the exchange, and of the rays that followed joints, in words.
     pub(crate) fn description(&self) -> Vec<(String, String)> {
         let of_tables = |tables: &ExchangeTables| {
-            let per_patch = 4.0 * tables.entries.len() as f64 / tables.order.len().max(1) as f64;
+            let finding = &tables.findings[usize::from(tables.share > 0.5)];
+            let per_patch = 4.0 * finding.entries.len() as f64 / tables.order.len().max(1) as f64;
+            let (share, buried) = finding.inside;
             [
                 ("entries of a patch, infrared and sunlight".to_owned(), format!("{per_patch:.0}")),
-                ("light that meets the inner face of a skin".to_owned(), inside(tables.inside.0, tables.inside.1)),
+                ("light that meets the inner face of a skin".to_owned(), inside(share, buried)),
             ]
         };
         let mut told: Vec<_> = of_tables(&self.tables).into();
@@ -141,12 +152,13 @@ impl DeviceExchange {
         self.posed.save()
     }
 
-    /// Restores a saved state. Returns the tables that held then.
-    pub(crate) fn restore(&mut self, saved: &PosedState) -> Option<&ExchangeTables> {
-        let craft = &self.craft;
-        let now = self.posed.restore(saved, &mut |poses| craft.find(poses))?;
-        self.tables.renew(now, true);
-        Some(&self.tables)
+    /// Restores a saved state. Returns which findings of the tables are new.
+    pub(crate) fn restore(&mut self, saved: &PosedState) -> Option<[bool; 2]> {
+        let craft = Arc::clone(&self.craft);
+        let held = Arc::clone(self.posed.restore(saved, &mut |poses| craft.find(poses))?);
+        // Numbers of another run are of other findings.
+        self.findings = [None; 2];
+        Some(self.take(&held))
     }
 }
 

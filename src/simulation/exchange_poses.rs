@@ -5,7 +5,7 @@
 //! there one thing may stick in another. Poses that lie on no known way are found for at once. Findings have numbers of their own, which
 //! are never given twice: a place in a list would be another finding after the oldest made room.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::DAffine3;
 
@@ -76,6 +76,31 @@ pub(super) trait Finding: Sized {
     fn bytes(packed: &Self::Packed) -> usize;
 }
 
+/// What holds: a share of the way between two findings.
+#[derive(Debug, Clone)]
+pub(super) struct Held<T> {
+    /// The first finding, and its number.
+    pub(super) from: (u64, Arc<T>),
+    /// The second one. It is the first where joints rest there.
+    pub(super) to: (u64, Arc<T>),
+    /// Share of the second one.
+    pub(super) share: f64,
+    mean: OnceLock<Arc<T>>,
+}
+
+impl<T: Finding> Held<T> {
+    /// The mean of both findings. It is made when somebody asks for it first: a device has no need of it.
+    pub(super) fn mean(&self) -> &Arc<T> {
+        self.mean.get_or_init(|| {
+            if self.from.0 == self.to.0 {
+                return Arc::clone(&self.from.1);
+            }
+            let _means = span("rows between two poses");
+            Arc::new(self.from.1.at(&self.to.1, self.share))
+        })
+    }
+}
+
 /// Findings that are kept unpacked: the two in use, and the one before.
 const WHOLE: usize = 3;
 /// Memory for packed findings [B].
@@ -95,7 +120,7 @@ pub(super) struct Posed<T: Finding> {
     /// Share of the way for which a mean of both ends is held, and the numbers of these ends.
     hold: f64,
     hold_of: [u64; 2],
-    now: Option<Arc<T>>,
+    now: Option<Arc<Held<T>>>,
     /// Poses of the last call.
     last: Vec<DAffine3>,
     /// Largest turn of a joint against the poses for which the rows in use hold [rad].
@@ -127,7 +152,7 @@ impl<T: Finding> Posed<T> {
         &mut self,
         poses: &[DAffine3],
         find: &mut dyn FnMut(&[DAffine3]) -> Arc<T::Packed>,
-    ) -> Option<&Arc<T>> {
+    ) -> Option<&Arc<Held<T>>> {
         let before = std::mem::replace(&mut self.last, poses.to_vec());
         let limit = (SLACK * self.angle).max(STILL);
         let moves = turned(&before, poses) > STILL;
@@ -172,13 +197,16 @@ impl<T: Finding> Posed<T> {
             }
         }
         let [Some(from), Some(to)] = [place.from, place.to].map(|number| self.finding(number, find)) else { return };
+        let between = |share: f64| {
+            let (from, to) = ((place.from, Arc::clone(&from)), (place.to, Arc::clone(&to)));
+            Some(Arc::new(Held { from, to, share, mean: OnceLock::new() }))
+        };
         if place.from == place.to {
-            (self.now, self.hold) = (Some(from), 0.0);
+            (self.now, self.hold) = (between(0.0), 0.0);
             return;
         }
         // What lies before them is not asked again on this way.
         self.whole.retain(|(number, _)| [place.from, place.to].contains(number));
-        let _means = span("rows between two poses");
         if self.hold_of != [place.from, place.to] || self.hold == 0.0 {
             (self.hold, self.hold_of) = (from.share_to_hold(&to), [place.from, place.to]);
         }
@@ -187,7 +215,7 @@ impl<T: Finding> Posed<T> {
         let lead = if moves { 0.5 * held_steps(self.hold, step.abs()).copysign(step) } else { 0.0 };
         let share = (place.share + lead).clamp(0.0, 1.0);
         self.place = Some(Place { share, ..place });
-        self.now = Some(Arc::new(from.at(&to, share)));
+        self.now = between(share);
     }
 
     /// The place in the half of its way, where what is found bends on it against the way before. Both halves take its place.
@@ -312,8 +340,13 @@ impl<T: Finding> Posed<T> {
     }
 
     /// What holds now.
-    pub(crate) fn found(&self) -> Option<&Arc<T>> {
+    pub(crate) fn held(&self) -> Option<&Arc<Held<T>>> {
         self.now.as_ref()
+    }
+
+    /// The mean that holds now.
+    pub(crate) fn found(&self) -> Option<&Arc<T>> {
+        self.now.as_ref().map(|held| held.mean())
     }
 
     /// The poses, without their findings.
@@ -332,7 +365,7 @@ impl<T: Finding> Posed<T> {
         &mut self,
         saved: &PosedState,
         find: &mut dyn FnMut(&[DAffine3]) -> Arc<T::Packed>,
-    ) -> Option<&T> {
+    ) -> Option<&Arc<Held<T>>> {
         let known =
             |(number, poses): &(u64, Vec<DAffine3>)| KnownPose { number: *number, poses: poses.clone(), found: None };
         self.known = saved.known.iter().take(MOST).map(known).collect();
@@ -342,7 +375,7 @@ impl<T: Finding> Posed<T> {
         self.whole.clear();
         self.made = saved.known.iter().map(|known| known.0).max().unwrap_or(0);
         self.enter(saved.place?, false, &[], find);
-        self.now.as_deref()
+        self.now.as_ref()
     }
 }
 

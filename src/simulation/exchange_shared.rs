@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 
 use glam::DAffine3;
 
-use super::exchange_poses::RowsBetween;
+use super::exchange_poses::{Held, RowsBetween};
 use crate::exchange::bundles::SkyBundles;
 use crate::exchange::jointed_rays::JointedRays;
 use crate::exchange::packed::PackedExchange;
@@ -38,7 +38,7 @@ impl Clone for RaysOfCraft {
 
 /// The rows that an engine uses, and the poses between which they lie, for the check beside it. A copy begins without.
 #[derive(Debug, Default)]
-pub(super) struct SharedRows(Mutex<Option<(RowsBetween, Weak<Exchange>)>>);
+pub(super) struct SharedRows(Mutex<Option<(RowsBetween, Weak<Held<Exchange>>)>>);
 
 impl Clone for SharedRows {
     fn clone(&self) -> Self {
@@ -66,13 +66,16 @@ impl ExchangesInUse {
 }
 
 impl SharedRows {
-    pub(super) fn share(&self, rows: Option<RowsBetween>, exchange: Option<&Arc<Exchange>>) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = rows.zip(exchange.map(Arc::downgrade));
+    pub(super) fn share(&self, rows: Option<RowsBetween>, held: Option<&Arc<Held<Exchange>>>) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = rows.zip(held.map(Arc::downgrade));
     }
 
     /// The rows between these poses, while an engine uses them.
     pub(super) fn get(&self, rows: &RowsBetween) -> Option<Arc<Exchange>> {
-        let shared = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        shared.as_ref().filter(|(own, _)| own == rows).and_then(|(_, exchange)| exchange.upgrade())
+        let held = {
+            let shared = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            shared.as_ref().filter(|(own, _)| own == rows)?.1.upgrade()?
+        };
+        Some(Arc::clone(held.mean()))
     }
 }

@@ -307,7 +307,7 @@ fn wrong_bands_are_refused() {
     let band = |keys: &str| format!("[[band]]\nname = \"a\"\n{keys}\n");
     let curve = |rows: &str| format!("wavelength_um,response\n{rows}");
     let preset = "[camera]\npreset = \"tiri\"\n";
-    let cases: [(String, &str, &str); 20] = [
+    let cases: [(String, &str, &str); 21] = [
         ("[radiance]\nreflections = \"traced\"\nbounces = 0\n".to_owned(), "", "radiance.bounces"),
         (band("response = \"curve.csv\""), &curve("9,1\n8,1\n"), "row 2: wavelengths must rise, found 8 um after 9 um"),
         (band("response = \"curve.csv\""), &curve("8,1\n9,-1\n"), "row 2: a response must not be below 0, found -1"),
@@ -320,6 +320,11 @@ fn wrong_bands_are_refused() {
         (band(""), "", "band_um: is missing"),
         (band("band_um = [14, 8]"), "", "must run from low to high"),
         (band("band_um = [8, 14]").repeat(2), "", "'a' is the name of another band"),
+        (
+            format!("{0}{1}", band("band_um = [8, 14]"), band("band_um = [3, 5]").replace("\"a\"", "\"A\"")),
+            "",
+            "'A' is the name of another band in other case, and names files",
+        ),
         ("[[band]]\nname = \"a.b\"\nband_um = [8, 14]\n".to_owned(), "", "names a channel and files"),
         (format!("[radiance]\nband_um = [8, 14]\n{}", band("band_um = [8, 14]")), "", "stands beside [[band]]"),
         (

@@ -3,6 +3,7 @@
 pub(crate) mod state;
 pub(crate) mod tables;
 
+use self::tables::FindingTables;
 use super::thermal::TEMPERATURE;
 use super::thermal::variant::ThermalVariant;
 use crate::gpu::layout::{self, ExchangePass};
@@ -32,14 +33,17 @@ resources! {
     /// Nodes of the patches, and their shares.
     MEMBERS = buffer!("ExchangeMembers", 8, Storage, |exchange| exchange.tables.members.len())
         .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.members)));
-    /// Rows of the exchange areas of infrared and of sunlight in fours.
-    ENTRIES = buffer!("ExchangeEntries", 16, Storage, |exchange| exchange.tables.room)
-        .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.entries)));
+    /// `ExchangeRow` of every patch, for each finding.
+    ROWS = buffer!("ExchangeRows", size_of::<layout::ExchangeRow>(), Storage, |exchange| of_findings(exchange, exchange.tables.patches.len()))
+        .filled(|data| first_finding(data).map_or_else(Default::default, |finding| lent(&finding.rows)));
+    /// Rows of the exchange areas of infrared and of sunlight in fours, for each finding.
+    ENTRIES = buffer!("ExchangeEntries", 16, Storage, |exchange| of_findings(exchange, exchange.tables.room))
+        .filled(|data| first_finding(data).map_or_else(Default::default, |finding| lent(&finding.entries)));
     /// Rows of the poses of the body and of the joints, written by the host.
     POSES = buffer!("ExchangePoses", 48, FromHost, |exchange| exchange.tables.joints).each_slot();
-    /// Directions of rays, and whether they are open.
-    SKY = buffer!("ExchangeSky", 16, Storage, |exchange| exchange.tables.sky.len())
-        .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.sky)));
+    /// Directions of rays, and whether they are open, for each finding.
+    SKY = buffer!("ExchangeSky", 16, Storage, |exchange| of_findings(exchange, exchange.tables.findings[0].sky.len()))
+        .filled(|data| first_finding(data).map_or_else(Default::default, |finding| lent(&finding.sky)));
     /// Shares of the planet's infrared and albedo that every patch sees.
     SEEN = buffer!("ExchangeSeen", 8, Storage, places).filled(|data| made(&vec![[1.0f32; 2]; places_of(data)]));
     /// Infrared of the planet and sunlight that every patch reflects at first [W/m2] while they are held, and when they were found.
@@ -72,6 +76,15 @@ resources! {
     /// Flux from other patches that the fronts of four nodes absorb [W/m2], then their backs.
     ON_NODES = Resource::new("ExchangeOnNodes", PAIRS, Storage, Per::Node, faces_of)
         .filled(|data| made(&vec![[0.0f32; 8]; faces_of(data)]));
+}
+
+/// Elements of all findings, each of which has this number.
+fn of_findings(exchange: &ExchangeData<'_>, count: usize) -> usize {
+    exchange.tables.slots() * count
+}
+
+fn first_finding<'a>(data: &SceneData<'a>) -> Option<&'a FindingTables> {
+    data.exchange.as_ref().map(|exchange| &exchange.tables.findings[0])
 }
 
 /// Number of patches, and one for faces without any.
@@ -107,12 +120,14 @@ pub struct Exchanged {
     pub held: f32,
     /// Part of the change since light was found before by which its light goes on.
     pub lead: f32,
+    /// Share of the second finding in what holds.
+    pub share: f32,
 }
 
 /// The passes before the thermal step.
 pub(crate) fn passes(frame: &mut Frame, exchanged: &Exchanged) {
-    let Exchanged { patches, bundles, light, anew, mirrors, held, lead } = *exchanged;
-    let constants = ExchangePass { first: 0, end: patches, rays: bundles, held, lead };
+    let Exchanged { patches, bundles, light, anew, mirrors, held, lead, share } = *exchanged;
+    let constants = ExchangePass { first: 0, end: patches, rays: bundles, held, lead, patches, share };
     let pass = |entry: &'static str, words: &[(bool, &'static str)]| {
         let shader = Shader::with(entry, words);
         Pass::dispatch(shader.name(), shader, patches.div_ceil(WORKGROUP)).told(&constants)

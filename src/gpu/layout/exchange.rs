@@ -17,6 +17,22 @@ shared! {
         pub(crate) first_node: u32,
         /// The node after the last.
         pub(crate) end_node: u32,
+        /// Joint; 0 is the body.
+        pub(crate) joint: u32,
+        /// Share of reflected sunlight that leaves in the mirror direction, where patches mirror sunlight.
+        pub(crate) specular: f32,
+        /// 1 where the patch is the face against the normals.
+        pub(crate) back: u32,
+        /// How fast its material cools [1/(s K3)].
+        pub(crate) cooling: f32,
+        /// Way of its farthest node from its centre [m]. 0 where fluxes do not differ within patches.
+        pub(crate) radius: f32,
+        /// Padding to the alignment of GLSL.
+        pub(crate) unused: [f32; 3],
+    }
+
+    /// Rows of a patch as they were found for poses of the joints.
+    pub(crate) struct ExchangeRow {
         /// First four entries of its row of infrared.
         pub(crate) first_entry: u32,
         /// The four after the last.
@@ -29,18 +45,8 @@ shared! {
         pub(crate) itself: f32,
         /// The same of sunlight [m2].
         pub(crate) itself_reflected: f32,
-        /// Joint; 0 is the body.
-        pub(crate) joint: u32,
-        /// Share of reflected sunlight that leaves in the mirror direction, where patches mirror sunlight.
-        pub(crate) specular: f32,
         /// Share of the patch outside other parts, which sunlight can reach.
         pub(crate) exposed: f32,
-        /// 1 where the patch is the face against the normals.
-        pub(crate) back: u32,
-        /// How fast its material cools [1/(s K3)].
-        pub(crate) cooling: f32,
-        /// Way of its farthest node from its centre [m]. 0 where fluxes do not differ within patches.
-        pub(crate) radius: f32,
     }
 
     /// Push constants of a pass over patches.
@@ -55,5 +61,9 @@ shared! {
         pub held: f32,
         /// Part of the change since light was found before by which its light goes on.
         pub lead: f32,
+        /// Number of patches: rows and skies of the second finding stand so many behind the first.
+        pub patches: u32,
+        /// Share of the second finding in what holds.
+        pub share: f32,
     }
 }

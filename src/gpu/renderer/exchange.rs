@@ -1,39 +1,36 @@
 //! Radiation between surfaces on the device: new tables where a joint has moved, and what patches receive.
 
 use super::Renderer;
-use crate::environment::StepLoad;
 use crate::gpu::effects::exchange::state::Exchanging;
-use crate::gpu::effects::exchange::tables::ExchangeTables;
-use crate::gpu::effects::exchange::{ENTRIES, PATCHES, RECEIVED, SEEN, SKY};
+use crate::gpu::effects::exchange::tables::{ExchangeTables, FindingTables};
+use crate::gpu::effects::exchange::{ENTRIES, RECEIVED, ROWS, SEEN, SKY};
 use crate::gpu::error::GpuError;
 use crate::thermal::received::{FaceLoad, PlanetShares};
 use crate::trace::span;
 
 impl Renderer {
-    /// Whether the light of Sun and planet between surfaces is found anew for a load that lasts `steps`, with rows that are new or not.
-    pub(crate) fn finds_light(&self, load: &StepLoad, steps: f64, new_rows: bool) -> bool {
-        self.scene.exchange.as_ref().is_some_and(|own| own.fresh || own.renewal.finds_light(load, steps, new_rows))
-    }
-
-    /// Replaces the tables after a joint has moved.
+    /// Takes other rows after a joint has moved: the share of the second finding, and findings that are `new`.
     ///
     /// # Errors
     /// More entries than the room that was taken at the start, or a call that fails.
-    pub(crate) fn set_exchange(&mut self, tables: &ExchangeTables) -> Result<(), GpuError> {
-        self.wait()?;
+    pub(crate) fn set_exchange(&mut self, tables: &ExchangeTables, new: [bool; 2]) -> Result<(), GpuError> {
+        if new.contains(&true) {
+            self.wait()?;
+        }
         let Some(own) = &mut self.scene.exchange else { return Ok(()) };
-        if tables.entries.len() > own.room {
-            return Err(GpuError::ExchangeGrew { entries: 4 * tables.entries.len(), room: 4 * own.room });
-        }
-        let _brings = span("bringing rows to the device");
         own.renewal.new_rows();
-        self.resources.upload(&mut self.once, &PATCHES, &tables.patches)?;
-        self.resources.upload(&mut self.once, &ENTRIES, &tables.entries)?;
-        own.has_light = tables.for_light;
-        if tables.for_light {
-            self.resources.upload(&mut self.once, &SKY, &tables.sky)?;
+        own.share = tables.share as f32;
+        for slot in [0, 1].into_iter().filter(|slot| new[*slot]) {
+            let FindingTables { rows, entries, sky, .. } = &tables.findings[slot];
+            if entries.len() > own.room {
+                return Err(GpuError::ExchangeGrew { entries: 4 * entries.len(), room: 4 * own.room });
+            }
+            let _brings = span("bringing rows to the device");
+            self.resources.upload_from(&mut self.once, &ROWS, rows, slot * rows.len())?;
+            self.resources.upload_from(&mut self.once, &ENTRIES, entries, slot * own.room)?;
+            self.resources.upload_from(&mut self.once, &SKY, sky, slot * sky.len())?;
+            self.resources.free_staging();
         }
-        self.resources.free_staging();
         Ok(())
     }
 

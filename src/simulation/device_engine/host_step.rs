@@ -85,10 +85,11 @@ impl DeviceEngine {
     pub(super) fn follow_joints(&mut self, step: &EngineStep<'_>) -> Result<(), EngineError> {
         let fourth = self.fourth();
         let Some(exchange) = &mut self.exchange else { return Ok(()) };
-        let finds_light = |new_rows| self.renderer.finds_light(step.load, step.steps, new_rows);
-        if let Some(tables) = exchange.turn(&step.load.joints, finds_light) {
-            self.frames.end(&mut self.renderer, fourth)?;
-            self.renderer.set_exchange(tables)?;
+        if let Some(new) = exchange.turn(&step.load.joints) {
+            if new.contains(&true) {
+                self.frames.end(&mut self.renderer, fourth)?;
+            }
+            self.renderer.set_exchange(exchange.tables(), new)?;
         }
         Ok(())
     }

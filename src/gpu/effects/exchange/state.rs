@@ -18,8 +18,8 @@ pub(crate) struct Exchanging {
     pub(crate) order: Vec<u32>,
     pub(crate) room: usize,
     pub(crate) renewal: Renewal,
-    /// Whether the tables on the device serve the light of Sun and planet.
-    pub(crate) has_light: bool,
+    /// Share of the second finding in what holds.
+    pub(crate) share: f32,
     /// Whether all must be found anew, whatever the angle and the time.
     pub(crate) fresh: bool,
     /// Rows of the poses that the next frame needs.
@@ -40,7 +40,7 @@ impl Exchanging {
             order: tables.order.clone(),
             room: tables.room,
             renewal: renewal.clone(),
-            has_light: tables.for_light,
+            share: tables.share as f32,
             fresh: true,
             poses: Vec::new(),
             mirrors: mirrors.cloned(),
@@ -54,7 +54,6 @@ impl Exchanging {
         if due == Due::Nothing {
             return None;
         }
-        debug_assert!(due != Due::All || self.has_light, "light is found from tables without it");
         if due == Due::All {
             let pose = |joint: usize| layout::rows(&load.joints.get(joint).copied().unwrap_or_default());
             self.poses = (0..self.joints).map(pose).collect();
@@ -75,6 +74,7 @@ impl Exchanging {
             mirrors: self.mirrors.is_some(),
             held: self.renewal.held as f32,
             lead: self.renewal.last.lead as f32,
+            share: self.share,
         }
     }
 

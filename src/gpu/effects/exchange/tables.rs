@@ -8,15 +8,15 @@ use crate::exchange::slopes::NEIGHBOURS;
 use crate::exchange::sparse::{Sparse, joined};
 use crate::exchange::step::Exchange;
 use crate::exchange::words::{MOST as WORDS, pieces};
-use crate::gpu::layout::ExchangePatch;
+use crate::gpu::layout::{ExchangePatch, ExchangeRow};
 use crate::model::nodes::GROUP;
 
 /// Rows that one thread lays out together.
 const CHUNK: usize = 64;
-/// Room for the entries of a craft with joints, over those of its first pose: rows between two poses have the entries of both.
-const ROOM: usize = 4;
-/// Fours of entries for which there is room in any case: 16 MiB. Surfaces may not see each other in the first pose.
-const LEAST_ROOM: usize = 1 << 20;
+/// Room for the entries of a finding of a craft with joints, over those of its first pose.
+const ROOM: usize = 3;
+/// Fours of entries of a finding for which there is room in any case: 8 MiB. Surfaces may not see each other in the first pose.
+const LEAST_ROOM: usize = 1 << 19;
 
 /// Tables of a craft. A patch more than it has stands for faces without a patch, which see nothing of the craft.
 #[derive(Debug, Clone, Default)]
@@ -31,80 +31,98 @@ pub struct ExchangeTables {
     pub(crate) ways: Vec<[u32; 4]>,
     /// Neighbours of each place: a place, and the bits of the vector by which its difference in flux counts for the gradient [1/m].
     pub(crate) neighbours: Vec<[u32; 4]>,
-    /// Four entries of a row: the upper half of an exchange area [m2] as f32, and below it a patch. First all rows of infrared, then all rows of sunlight.
-    pub(crate) entries: Vec<[u32; 4]>,
-    /// Bundles of rays that keep the sky, in fours for each patch.
-    pub(crate) sky: Vec<[u32; 4]>,
-    /// Bundles of each patch among them.
+    /// Bundles of rays that keep the sky of each patch.
     pub(crate) bundles: u32,
     /// Patch at each place of the device. The longest rows come first, so that neighbouring invocations have as much to do.
     pub(crate) order: Vec<u32>,
     /// Joints, the body too.
     pub(crate) joints: usize,
+    /// Room for the fours of entries of a finding, of which a craft with joints may need more later.
+    pub(crate) room: usize,
+    /// The findings between which a craft with joints is. One without has the first alone.
+    pub(crate) findings: [FindingTables; 2],
+    /// Share of the second finding.
+    pub(crate) share: f64,
+}
+
+/// Tables of a finding for poses of the joints.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct FindingTables {
+    /// Rows of the patches.
+    pub(crate) rows: Vec<ExchangeRow>,
+    /// Four entries of a row: the upper half of an exchange area [m2] as f32, and below it a patch. First all rows of infrared, then all rows of sunlight.
+    pub(crate) entries: Vec<[u32; 4]>,
+    /// Bundles of rays that keep the sky, in fours for each patch.
+    pub(crate) sky: Vec<[u32; 4]>,
     /// Share of space in the view of each patch.
     pub(crate) open: Vec<f32>,
     /// Share of all light that meets inner faces, and number and area [m2] of the patches inside other parts.
     pub(crate) inside: (f64, (usize, f64)),
     /// Share of the rays of each patch that met an inner face.
     pub(crate) inner: Vec<f32>,
-    /// Room for entries, of which a craft with joints may need more later.
-    pub(crate) room: usize,
-    /// Whether they serve the light of Sun and planet: rows of sunlight, and the sky.
-    pub(crate) for_light: bool,
 }
 
 impl ExchangeTables {
-    /// The tables of an exchange. With `moves` there is room for more entries.
+    /// The tables of an exchange. With `moves` there is room for the findings of other poses.
     pub fn new(exchange: &Exchange, moves: bool) -> Self {
         let mut order: Vec<u32> = (0..exchange.patches.len() as u32).collect();
         order.sort_by_key(|patch| std::cmp::Reverse(exchange.infrared.between.row(*patch as usize).len()));
-        let tables = Self::in_order(exchange, &order);
-        // No row has more entries than there are patches, in infrared or in sunlight, and each has so many words at most.
-        let most = 2 * order.len() * (WORDS * order.len()).div_ceil(4);
-        let room = (ROOM * tables.entries.len()).max(LEAST_ROOM).min(most).max(tables.entries.len());
-        let room = if moves { room } else { tables.entries.len() };
-        Self { room, ..tables }
-    }
-
-    /// The tables of an exchange with the patches in the order of earlier tables. Results at the places of the device go on to hold.
-    pub(crate) fn in_order(exchange: &Exchange, order: &[u32]) -> Self {
+        let places = places_of(&order);
         let without = exchange.patches.len() as u32;
-        let places = places_of(order);
         let patch_of = |patch: u32| if patch == NONE { without } else { places[patch as usize] };
         let nodes = exchange.of_node.chunks(GROUP).map(|group| {
             std::array::from_fn(|k| group.get(k % GROUP).map_or(without, |faces| patch_of(faces[k / GROUP])))
         });
-        let moving = Self::moving(exchange, order, &places, true);
+        let finding = FindingTables::new(exchange, &order, 0);
+        // No row has more entries than there are patches, in infrared or in sunlight, and each has so many words at most.
+        let most = 2 * order.len() * (WORDS * order.len()).div_ceil(4);
+        let room = (ROOM * finding.entries.len()).max(LEAST_ROOM).min(most).max(finding.entries.len());
         Self {
             nodes: nodes.collect(),
+            patches: order.iter().map(|number| patch_of_device(exchange, *number as usize)).collect(),
             members: exchange.nodes.iter().map(|(node, share)| [*node, (*share as f32).to_bits()]).collect(),
             ways: ways(exchange),
-            neighbours: neighbours(exchange, order, &places),
-            room: moving.entries.len(),
+            neighbours: neighbours(exchange, &order, &places),
             bundles: exchange.bundles() as u32,
-            order: order.to_vec(),
             joints: exchange.patches.iter().map(|patch| patch.joint as usize + 1).max().unwrap_or(1),
-            ..moving
+            room: if moves { room } else { finding.entries.len() },
+            findings: [finding, FindingTables::default()],
+            order,
+            share: 0.0,
         }
     }
 
-    /// Takes an exchange of the same patches for other poses, with or without what serves the light of Sun and planet.
-    pub(crate) fn renew(&mut self, exchange: &Exchange, for_light: bool) {
-        let Self { patches, entries, sky, open, inside, inner, .. } =
-            Self::moving(exchange, &self.order, &places_of(&self.order), for_light);
-        self.room = self.room.max(entries.len());
-        (self.patches, self.entries, self.sky, self.for_light) = (patches, entries, sky, for_light);
-        (self.open, self.inside, self.inner) = (open, inside, inner);
+    /// Findings for which there is room: one for a craft without joints.
+    pub(crate) fn slots(&self) -> usize {
+        if self.room == self.findings[0].entries.len() { 1 } else { 2 }
     }
 
-    /// The tables that change with the poses of joints. All others are empty.
-    fn moving(exchange: &Exchange, order: &[u32], places: &[u32], for_light: bool) -> Self {
-        let (mut parts, mut start) = (Vec::<Vec<[u32; 4]>>::new(), 0);
+    /// Takes the exchange of the same patches for other poses as one of both findings.
+    pub(crate) fn renew(&mut self, slot: usize, exchange: &Exchange) {
+        self.findings[slot] = FindingTables::new(exchange, &self.order, (slot * self.room) as u32);
+    }
+
+    /// Mean of a value of each patch in both findings.
+    pub(crate) fn mean(&self, of: fn(&FindingTables) -> &Vec<f32>) -> Vec<f32> {
+        let share = self.share as f32;
+        match self.findings.each_ref().map(of) {
+            [first, _] if share == 0.0 => first.clone(),
+            [_, second] if share == 1.0 => second.clone(),
+            [first, second] => first.iter().zip(second).map(|(a, b)| a + share * (b - a)).collect(),
+        }
+    }
+}
+
+impl FindingTables {
+    /// The tables of an exchange with the patches in this order. Its entries begin at `first` in the buffer of all.
+    fn new(exchange: &Exchange, order: &[u32], first: u32) -> Self {
+        let places = places_of(order);
+        let (mut parts, mut start) = (Vec::<Vec<[u32; 4]>>::new(), first);
         let mut rows = |of: &Sparse| -> Vec<[u32; 2]> {
             let chunk = |(chunk, numbers): (usize, &[u32])| {
                 let mut all = Vec::new();
                 let ends = (chunk * CHUNK..).zip(numbers).map(|(place, number)| {
-                    put_fours(of.row(*number as usize), *number, place as u32, places, &mut all);
+                    put_fours(of.row(*number as usize), *number, place as u32, &places, &mut all);
                     all.len() as u32
                 });
                 (ends.collect(), all)
@@ -122,49 +140,52 @@ impl ExchangeTables {
             }
             rows
         };
-        let infrared = rows(&exchange.infrared.between);
-        let sunlight = for_light.then(|| &exchange.for_light.sunlight);
-        let reflected = sunlight.map_or_else(|| vec![[0; 2]; order.len()], |areas| rows(&areas.between));
+        let [infrared, sunlight] = [&exchange.infrared, &exchange.for_light.sunlight];
+        let runs = [rows(&infrared.between), rows(&sunlight.between)];
         let mut entries = joined(&parts);
         // A craft whose surfaces do not see each other has a buffer all the same. No row has this entry.
         if entries.is_empty() {
             entries.push([0; 4]);
         }
-        let patches = order.iter().zip(infrared.iter().zip(&reflected)).map(|(number, (entries, reflected))| {
-            let patch = &exchange.patches[*number as usize];
+        let row = |(place, number): (usize, &u32)| {
             let itself = |areas: &Areas| areas.between.at(*number as usize, *number) as f32;
-            ExchangePatch {
-                normal: patch.normal.as_vec3().to_array(),
-                emissivity: patch.optics.emissivity as f32,
-                absorptivity: patch.optics.absorptivity as f32,
-                per_area: (1.0 / patch.area) as f32,
-                first_node: patch.nodes.start as u32,
-                end_node: patch.nodes.end as u32,
-                first_entry: entries[0],
-                end_entry: entries[1],
-                first_reflected: reflected[0],
-                end_reflected: reflected[1],
-                itself: itself(&exchange.infrared),
-                itself_reflected: sunlight.map_or(0.0, itself),
-                joint: patch.joint,
-                specular: patch.gloss.specular as f32,
+            let [[first_entry, end_entry], [first_reflected, end_reflected]] = runs.each_ref().map(|runs| runs[place]);
+            ExchangeRow {
+                first_entry,
+                end_entry,
+                first_reflected,
+                end_reflected,
+                itself: itself(infrared),
+                itself_reflected: itself(sunlight),
                 exposed: exchange.exposed(*number as usize) as f32,
-                back: u32::from(patch.back),
-                cooling: patch.cooling.min(f64::from(f32::MAX)) as f32,
-                radius: exchange.slopes.patches.get(*number as usize).map_or(0.0, |slope| slope.radius as f32),
             }
-        });
-        let patches: Vec<ExchangePatch> = patches.collect();
+        };
         Self {
-            patches,
+            rows: order.iter().enumerate().map(row).collect(),
             entries,
-            sky: if for_light { sky_in_order(exchange, order) } else { Vec::new() },
-            for_light,
+            sky: sky_in_order(exchange, order),
             open: (0..exchange.patches.len()).map(|patch| exchange.factors.to_space(patch) as f32).collect(),
             inside: (exchange.factors.inside_share(), exchange.factors.buried()),
             inner: exchange.factors.inside.iter().map(|share| *share as f32).collect(),
-            ..Self::default()
         }
+    }
+}
+
+fn patch_of_device(exchange: &Exchange, number: usize) -> ExchangePatch {
+    let patch = &exchange.patches[number];
+    ExchangePatch {
+        normal: patch.normal.as_vec3().to_array(),
+        emissivity: patch.optics.emissivity as f32,
+        absorptivity: patch.optics.absorptivity as f32,
+        per_area: (1.0 / patch.area) as f32,
+        first_node: patch.nodes.start as u32,
+        end_node: patch.nodes.end as u32,
+        joint: patch.joint,
+        specular: patch.gloss.specular as f32,
+        back: u32::from(patch.back),
+        cooling: patch.cooling.min(f64::from(f32::MAX)) as f32,
+        radius: exchange.slopes.patches.get(number).map_or(0.0, |slope| slope.radius as f32),
+        unused: [0.0; 3],
     }
 }
 
