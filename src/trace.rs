@@ -6,6 +6,7 @@
 
 use std::borrow::Cow;
 use std::cell::RefCell;
+use std::io::Write;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -119,7 +120,29 @@ struct Recording {
     /// Of the host's tracks.
     threads: [Mutex<Thread>; 3],
     /// The timeline, where it is kept.
-    timeline: Option<Mutex<(Vec<Event>, Vec<DeviceFrame>)>>,
+    timeline: Option<Mutex<Timeline>>,
+}
+
+/// Most stretches of work in a timeline: some 100 MB of memory and of file.
+const MOST_EVENTS: usize = 1 << 20;
+
+#[derive(Debug, Default)]
+struct Timeline {
+    events: Vec<Event>,
+    frames: Vec<DeviceFrame>,
+    /// Passes in the frames.
+    passes: usize,
+    /// Stretches of work that came after the most that are kept.
+    left_out: u64,
+}
+
+impl Timeline {
+    /// Whether so many more stretches of work are kept. Those that are not are counted.
+    fn takes(&mut self, more: usize) -> bool {
+        let takes = self.events.len() + self.passes + more <= MOST_EVENTS;
+        self.left_out += if takes { 0 } else { more as u64 };
+        takes
+    }
 }
 
 /// A recording of a run, or nothing.
@@ -169,7 +192,11 @@ pub(crate) fn keep_frame(frame: DeviceFrame) {
     if let Some((recording, _)) = HERE.with_borrow(Clone::clone)
         && let Some(timeline) = &recording.timeline
     {
-        lock(timeline).1.push(frame);
+        let mut timeline = lock(timeline);
+        if timeline.takes(frame.passes.len()) {
+            timeline.passes += frame.passes.len();
+            timeline.frames.push(frame);
+        }
     }
 }
 
@@ -186,7 +213,10 @@ impl Drop for Span {
             let ended = thread.end();
             if let (Some((name, began)), Some(timeline)) = (ended, &recording.timeline) {
                 let (start, length) = (recording.since_began(began), began.elapsed().as_secs_f64() * 1e6);
-                lock(timeline).0.push(Event { track, name, start, length });
+                let mut timeline = lock(timeline);
+                if timeline.takes(1) {
+                    timeline.events.push(Event { track, name, start, length });
+                }
             }
         }
     }
@@ -287,33 +317,46 @@ impl Trace {
         TimeAccount { wall_s, named_s, works }
     }
 
-    /// The recording in the trace event format (<https://docs.google.com/document/d/1CvAClvFfyA5R-PhYUmn5OOQtYMH4h6I0nSsKchNAySU>), as complete events in
+    /// Stretches of work that the timeline left out, because it had the most that it takes.
+    pub(crate) fn left_out(&self) -> u64 {
+        let timeline = self.0.as_ref().and_then(|shared| shared.timeline.as_ref());
+        timeline.map_or(0, |timeline| lock(timeline).left_out)
+    }
+
+    /// Writes the recording in the trace event format (<https://docs.google.com/document/d/1CvAClvFfyA5R-PhYUmn5OOQtYMH4h6I0nSsKchNAySU>), as complete events in
     /// microseconds.
     ///
-    /// The device's clock is shifted by the least amount with which no frame begins before its submission. `other_data.clock_slack_us` is the most by which
-    /// all frames could be later.
-    pub(crate) fn json(&self) -> Value {
+    /// The device's clock is shifted by the least amount with which no frame begins before its submission. `otherData.clock_slack_us` is the most by which
+    /// all frames could be later, and `otherData.left_out` the number of events beyond the most.
+    ///
+    /// # Errors
+    /// Of the writer.
+    pub(crate) fn write(&self, to: &mut dyn Write) -> std::io::Result<()> {
         let Some((shared, timeline)) = self.0.as_ref().and_then(|shared| Some((shared, shared.timeline.as_ref()?)))
         else {
-            return json!({ "traceEvents": [] });
+            return write!(to, "{}", json!({ "traceEvents": [] }));
         };
         let kept = lock(timeline);
-        let (events, frames) = &*kept;
-        let (offset, slack) = shared.clock(frames);
-        let thread = |track: Track| json!(track as usize);
-        let complete = |track: Track, name: &str, start: f64, length: f64| json!({ "name": name, "ph": "X", "pid": 1, "tid": thread(track), "ts": start, "dur": length });
-        let mut all: Vec<Value> =
-            vec![json!({ "name": "process_name", "ph": "M", "pid": 1, "args": { "name": "isotherm" } })];
+        let (offset, slack) = shared.clock(&kept.frames);
+        write!(to, "{{\"displayTimeUnit\":\"ms\",")?;
+        write!(to, "\"otherData\":{},", json!({ "clock_slack_us": slack, "left_out": kept.left_out }))?;
+        write!(to, "\"traceEvents\":[")?;
+        write!(to, "{}", json!({ "name": "process_name", "ph": "M", "pid": 1, "args": { "name": "isotherm" } }))?;
         for track in Track::ALL {
-            let named = |what: &str, value: Value| json!({ "name": what, "ph": "M", "pid": 1, "tid": thread(track), "args": value });
-            all.push(named("thread_name", json!({ "name": track.name() })));
-            all.push(named("thread_sort_index", json!({ "sort_index": thread(track) })));
+            let thread = track as usize;
+            let named =
+                |what: &str, value: Value| json!({ "name": what, "ph": "M", "pid": 1, "tid": thread, "args": value });
+            write!(to, ",\n{}", named("thread_name", json!({ "name": track.name() })))?;
+            write!(to, ",\n{}", named("thread_sort_index", json!({ "sort_index": thread })))?;
         }
-        all.extend(events.iter().map(|event| complete(event.track, &event.name, event.start, event.length)));
-        for (name, start, length) in frames.iter().flat_map(|frame| &frame.passes) {
-            all.push(complete(Track::Device, name, start * 1e-3 + offset, length * 1e-3));
+        let of_host = kept.events.iter().map(|event| (event.track, &event.name, event.start, event.length));
+        let passes = kept.frames.iter().flat_map(|frame| &frame.passes);
+        let of_device = passes.map(|(name, start, length)| (Track::Device, name, start * 1e-3 + offset, length * 1e-3));
+        for (track, name, start, length) in of_host.chain(of_device) {
+            let event = json!({ "name": name, "ph": "X", "pid": 1, "tid": track as usize, "ts": start, "dur": length });
+            write!(to, ",\n{event}")?;
         }
-        json!({ "traceEvents": all, "displayTimeUnit": "ms", "otherData": { "clock_slack_us": slack } })
+        write!(to, "]}}")
     }
 }
 
@@ -338,6 +381,25 @@ impl Recording {
 mod tests {
     use super::*;
 
+    fn written(trace: &Trace) -> Value {
+        let mut bytes = Vec::new();
+        trace.write(&mut bytes).expect("memory takes all");
+        serde_json::from_slice(&bytes).expect("JSON")
+    }
+
+    #[test]
+    fn a_timeline_ends_where_it_is_full() {
+        let trace = Trace::begin(true);
+        let on = trace.enter(Track::Host);
+        (0..MOST_EVENTS + 5).for_each(|_| drop(span("step")));
+        let pass = |number: usize| (format!("pass {number}"), 0.0, 1.0);
+        let now = Instant::now();
+        keep_frame(DeviceFrame { submitted: now, done: now, passes: (0..3).map(pass).collect() });
+        drop(on);
+        assert_eq!((trace.left_out(), trace.account().works[0].count), (8, MOST_EVENTS as u64 + 5));
+        assert_eq!(written(&trace)["otherData"]["left_out"], 8);
+    }
+
     #[test]
     fn a_recording_has_a_span_for_each_stretch_of_work_and_none_without_it() {
         let trace = Trace::begin(true);
@@ -345,7 +407,7 @@ mod tests {
         drop(span("loads"));
         drop(on);
         drop(span("outside"));
-        let json = trace.json();
+        let json = written(&trace);
         let events = json["traceEvents"].as_array().expect("events");
         assert!(events.iter().any(|event| event["name"] == "loads" && event["ph"] == "X" && event["tid"] == 0));
         assert!(events.iter().all(|event| event["name"] != "outside"));
@@ -353,7 +415,7 @@ mod tests {
         let on = off.enter(Track::Host);
         drop(span("loads"));
         drop(on);
-        assert_eq!(off.json()["traceEvents"].as_array().map(Vec::len), Some(0));
+        assert_eq!(written(&off)["traceEvents"].as_array().map(Vec::len), Some(0));
         assert_eq!(off.account().works.len(), 1);
     }
 
@@ -391,7 +453,7 @@ mod tests {
         keep_frame(frame(100, 130.0, 180.0, 200));
         keep_frame(frame(300, 310.0, 360.0, 365));
         drop(on);
-        let json = trace.json();
+        let json = written(&trace);
         let starts: Vec<f64> = json["traceEvents"]
             .as_array()
             .expect("events")

@@ -10,7 +10,7 @@ use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::poses::draw_at_poses;
 use super::prepare::{guard, prepare_scene};
-use super::progress::{show_news, spinner, stop_flag};
+use super::progress::{show_news, spinner, stop_flag, tell_work_here};
 use super::reach::ReachArguments;
 use crate::converge::files::{FILES, summary, verdict, write};
 use crate::converge::search::{Search, check};
@@ -58,6 +58,7 @@ fn kelvin(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    let _on_track = tell_work_here();
     let mut scene = arguments.reach.scene(&arguments.scene)?;
     // Surface temperatures are compared, which no sensor changes.
     scene.sensor = None;

@@ -14,7 +14,7 @@ use crate::output::temporary::remove_unfinished;
 use crate::output::waiting::waited;
 use crate::simulation::forecast::Forecast;
 use crate::simulation::prepare_error::PrepareStage;
-use crate::trace::Trace;
+use crate::trace::{OnTrack, Trace, Track};
 
 /// Time between two lines.
 const EVERY: Duration = Duration::from_secs(10);
@@ -98,6 +98,13 @@ pub(super) fn tell(bar: &ProgressBar) {
 pub(super) fn tell_work(trace: &Trace) {
     // A command has one run.
     let _ = WORK.set(trace.clone());
+}
+
+/// Lets the lines tell what this thread does, until this is dropped.
+pub(super) fn tell_work_here() -> OnTrack {
+    let trace = Trace::begin(false);
+    tell_work(&trace);
+    trace.enter(Track::Host)
 }
 
 /// Looks at the bars, and tells of them.

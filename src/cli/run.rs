@@ -214,7 +214,10 @@ fn write_report(
     folder.write_json(REPORT_JSON, report)?;
     folder.write_bytes(REPORT_HTML, report_html::page(report).as_bytes())?;
     if let Some(timeline) = timeline {
-        timeline.write_bytes(trace.json().to_string().as_bytes())?;
+        timeline.write_with(|writer| trace.write(writer))?;
+        if trace.left_out() > 0 {
+            say!("note: the timeline has its first million stretches of work, and leaves out {}", trace.left_out());
+        }
     }
     if !report.interrupted {
         folder.finish()?;

@@ -8,7 +8,7 @@ use super::columns::aligned;
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::prepare::{guard, prepare_scene};
-use super::progress::{show_news, spinner, stop_flag};
+use super::progress::{show_news, spinner, stop_flag, tell_work_here};
 use super::reach::ReachArguments;
 use crate::converge::walk::kept_images;
 use crate::guard::finding::CheckEffort;
@@ -47,6 +47,7 @@ pub(crate) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    let _on_track = tell_work_here();
     let mut scene = arguments.reach.scene(&arguments.scene)?;
     let parameters = read_parameters(&arguments.parameters).map_err(SensitivityError::Parameter)?;
     if let Some(assumption) = settle(&mut scene) {

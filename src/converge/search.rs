@@ -10,6 +10,7 @@ use super::{ConvergeError, RunNews};
 use crate::scene::{Draw, Scene};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
+use crate::trace::span;
 
 /// Most runs that verify a choice.
 const MOST_CHOICES: usize = 2;
@@ -163,6 +164,7 @@ impl Search<'_> {
         name: &str,
     ) -> Result<VariantRun, ConvergeError> {
         let began = Instant::now();
+        let _runs = span(name.to_owned());
         let prepared = knobs.prepared(refined)?;
         let steps = u64::from(prepared.warm_up_steps()) + u64::from(prepared.scene.time.steps);
         (self.news)(RunNews::Begins(name.to_owned(), steps));

@@ -19,6 +19,7 @@ pub(crate) mod factors;
 pub(crate) mod for_light;
 pub(crate) mod hold;
 pub(crate) mod jointed_rays;
+mod late_light;
 pub(crate) mod lead;
 pub(crate) mod mirrors;
 mod overlaps;

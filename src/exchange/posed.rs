@@ -29,10 +29,7 @@ impl Exchange {
         let ends = [&self.for_light, &other.for_light].map(Arc::clone);
         let for_light = late(move || {
             let [from, to] = &ends;
-            LightAreas {
-                sunlight: from.sunlight.at(&to.sunlight, share),
-                sky: mean_sky([&from.sky, &to.sky], share),
-            }
+            LightAreas { sunlight: from.sunlight.at(&to.sunlight, share), sky: mean_sky([&from.sky, &to.sky], share) }
         });
         Self {
             patches: Arc::clone(&self.patches),

@@ -12,10 +12,13 @@
 //! further reflections returns to its own patch. Rows stay symmetric and closed, so that an isothermal box keeps its temperature. Entries are rounded
 //! to 8 bits, large ones to 16, and the rest goes to the diagonal.
 
+use std::sync::LazyLock;
+
 use rayon::prelude::*;
 
 use super::balance_sides::{Sided, fit_sides};
 use super::factors::Factors;
+use super::late_light::LateLight;
 use super::scaling::{Rows, conjugate_gradients, product};
 use super::sparse::{Sparse, SparseRow};
 use super::words::{MOST as WORDS, rounded};
@@ -39,6 +42,10 @@ const FAINT: f64 = 3e-4;
 /// Share of the light of a row below which entries are reflected together.
 const CRUMB: f64 = 5e-4;
 const MOST: u32 = 20_000;
+/// Reflections after which light is followed by groups of patches.
+const LATE: u32 = 8;
+/// Share of the light of a row that must be left then. Less is soon followed to its end.
+const MUCH: f64 = 0.02;
 /// Patches that are looked at together for light that has reached them.
 const BLOCK: usize = 64;
 /// Part of the area of the smaller patch below which a rounding error of an entry is left to the diagonal.
@@ -63,6 +70,9 @@ pub(crate) fn exchange_areas(factors: &Factors, sides: &[u32], absorptivities: &
     let [given, lost] = shares(factors, absorptivities, bounces);
     let watch = Watch::begin();
     let light = LightRows::new(&factors.shared);
+    let late_light = LazyLock::new(|| LateLight::new(factors, sides, absorptivities));
+    // Where the number of reflections is bounded, all of them are followed.
+    let late = || if bounces.is_none() { late_light.as_ref() } else { None };
     let (rows, wanted): (Vec<SparseRow>, Vec<Sided>) = (0..areas.len())
         .into_par_iter()
         .map_init(
@@ -71,7 +81,7 @@ pub(crate) fn exchange_areas(factors: &Factors, sides: &[u32], absorptivities: &
                 if watch.is_over() {
                     return Default::default();
                 }
-                room.follow(factors, &light, absorptivities, bounces, patch);
+                room.follow(factors, &light, absorptivities, (bounces, &late), patch);
                 room.thinned(factors, sides, patch)
             },
         )
@@ -311,7 +321,14 @@ impl ReflectionRoom {
     }
 
     /// Follows the light of a patch through its reflections.
-    fn follow(&mut self, factors: &Factors, rows: &LightRows, taken: &[f64], bounces: Option<u32>, patch: usize) {
+    fn follow<'l>(
+        &mut self,
+        factors: &Factors,
+        rows: &LightRows,
+        taken: &[f64],
+        (bounces, late): (Option<u32>, &impl Fn() -> Option<&'l LateLight>),
+        patch: usize,
+    ) {
         let [faint, crumb] = [FAINT, CRUMB].map(|share| share * factors.areas[patch]);
         self.row.clear();
         self.row.extend_from_slice(factors.shared.row(patch));
@@ -333,6 +350,14 @@ impl ReflectionRoom {
                 }
             }
             if left <= faint || bounces == Some(bounce) {
+                break;
+            }
+            if bounce == LATE
+                && left > MUCH * factors.areas[patch]
+                && let Some(late) = late()
+            {
+                self.row.iter_mut().for_each(|(j, light)| *light *= 1.0 - taken[*j as usize]);
+                late.arriving(&self.row).into_iter().enumerate().for_each(|(j, light)| self.arrived.add(j, light));
                 break;
             }
             if gathered > 0.0 {

@@ -93,7 +93,8 @@ mod tests {
         assert!(yaml.ends_with("kpt_shape: [1, 3]\n"), "{yaml}");
         // `ultralytics/data/utils.py::check_det_dataset` raises where `train` or `val` is missing.
         let yaml = data(&small_craft(), &[Split::Train]);
-        let val = "train: yolo_train.txt\n# No orbit is in val: the images of train stand in.\nval: yolo_train.txt\nnames:";
+        let val =
+            "train: yolo_train.txt\n# No orbit is in val: the images of train stand in.\nval: yolo_train.txt\nnames:";
         assert!(yaml.contains(val) && !yaml.contains("test"), "{yaml}");
     }
 }

@@ -86,7 +86,15 @@ impl Destination {
     /// # Errors
     /// As [`Destination::write`].
     pub(crate) fn write_bytes(&self, bytes: &[u8]) -> Result<(), OutputError> {
-        self.write(|writer| writer.write_all(bytes).map_err(|source| self.failed(source)))
+        self.write_with(|writer| writer.write_all(bytes))
+    }
+
+    /// Writes content that fails with the writer alone.
+    ///
+    /// # Errors
+    /// As [`Destination::write`].
+    pub(crate) fn write_with(&self, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), OutputError> {
+        self.write(|writer| content(writer).map_err(|source| self.failed(source)))
     }
 
     /// Writes CSV with a header. All rows have the header's length.

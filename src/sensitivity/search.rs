@@ -15,6 +15,7 @@ use crate::simulation::is_drawn;
 use crate::simulation::orbit_end::Displacement;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
+use crate::trace::span;
 
 /// Change over an orbit below which the warm-up of the scene as it is ends [K]. What is left is in all runs alike.
 const BASE_TOLERANCE: f64 = 0.01;
@@ -182,6 +183,7 @@ impl Search<'_> {
         let steps = u64::from(prepared.warm_up_steps()) + u64::from(prepared.scene.time.steps);
         let name = "the scene as it is".to_owned();
         (self.news)(RunNews::Begins(name.clone(), steps));
+        let _runs = span(name.clone());
         let stepped = || (self.news)(RunNews::Stepped);
         let warned = |text: String| (self.news)(RunNews::Says(format!("warning: {text}")));
         let Self { target, kept, nodes_every, stop, .. } = *self;

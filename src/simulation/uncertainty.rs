@@ -36,6 +36,7 @@ use crate::exchange::uncertainty::swung;
 use crate::model::nodes::GROUP;
 use crate::scene::Initial;
 use crate::thermal::misfit::{Misfit, check_length, part};
+use crate::trace::span;
 use absorbed::{Absorbed, AbsorbingSurface};
 use carry::{PlaceBalance, within_step};
 use exchange::{ExchangeErrorState, ExchangeErrors};
@@ -292,19 +293,24 @@ impl<'a> Uncertainty<'a> {
 
     /// Carries all errors through an interval of `steps` steps and a length [s], which ends at these temperatures [K].
     fn advance(&mut self, load: &StepLoad, steps: f64, length: f64, temperatures: &[f32]) {
+        let begins = span("carrying errors");
         let held = self.absorbed(load);
+        drop(begins);
         let is_found = self.find_light(load);
+        let goes_on = span("carrying errors");
         let absorbed = if is_found { self.absorbed(load) } else { held.clone() };
         if is_found {
             self.state.jumps =
                 held.nodes.iter().zip(&absorbed.nodes).map(|(held, found)| (found - held).abs()).collect();
         }
         let sudden = self.sudden(load, &absorbed, is_found);
+        drop(goes_on);
         if let Some(exchange) = &mut self.exchange {
             let spreads =
                 || spreads_of_nodes(self.prepared, &self.surface, [&self.state.deviations, &self.state.spreads]);
             exchange.take(load, steps, temperatures, |node| self.state.nodes[node].late, spreads, &self.state.lit);
         }
+        let _goes_on = span("carrying errors");
         let carried = |number: usize| {
             let balance = self.balance(number, temperatures);
             let (deviation, [kept, gained]) =

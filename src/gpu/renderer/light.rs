@@ -15,9 +15,9 @@ impl Renderer {
     pub(super) fn renew_light(&mut self, load: &StepLoad) -> Result<bool, GpuError> {
         let Some(light) = &mut self.scene.light else { return Ok(false) };
         let Some(lit) = light.find(load) else { return Ok(false) };
-        let _brings = span("bringing the light to the device");
         // Frames in flight may still read the light before.
         self.slots.wait()?;
+        let _brings = span("bringing the light to the device");
         let mut values = vec![0.0f32; self.nodes];
         let components: [(_, Component); 4] = [
             (&LIT_X, |area| area.vector.x),

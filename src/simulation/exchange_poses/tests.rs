@@ -154,11 +154,10 @@ fn a_saved_state_goes_on_alike() {
     assert_eq!(restored.as_ref().map(|held| held.mean()), posed.found());
     for step in 37..90 {
         let turn = poses(0.01 * f64::from(step));
-        let [first, second] =
-            [&mut posed, &mut again].map(|posed| {
-                let held = posed.turn(&turn, &mut |poses| Arc::new(angle_of(poses)));
-                held.map(|held| Arc::clone(held.mean()))
-            });
+        let [first, second] = [&mut posed, &mut again].map(|posed| {
+            let held = posed.turn(&turn, &mut |poses| Arc::new(angle_of(poses)));
+            held.map(|held| Arc::clone(held.mean()))
+        });
         assert_eq!(first, second, "step {step}");
     }
 }

@@ -3,6 +3,7 @@
 use super::Uncertainty;
 use crate::simulation::corner_image::draw_corners;
 use crate::simulation::image::Image;
+use crate::trace::span;
 
 /// Error of a change by light in pixels, over the largest change beside it: found against places that were followed by themselves (`tools/oracle`, `station_cut_1m`).
 const OF_CHANGE: f64 = 1.0 / 3.0;
@@ -10,6 +11,7 @@ const OF_CHANGE: f64 = 1.0 / 3.0;
 impl Uncertainty<'_> {
     /// States the error of every pixel of an image [K], from the errors at the end of the last step. `number` is the number of an image at its own time.
     pub(crate) fn draw(&mut self, image: &mut Image, number: Option<u32>) {
+        let _draws = span("drawing errors");
         let corners = self.of_corners(true);
         let drawn = draw_corners(self.prepared, &corners, image, number);
         let mut errors: Vec<Option<f32>> = drawn.iter().map(|shown| shown.map(|(_, error)| error as f32)).collect();

@@ -15,6 +15,7 @@ use crate::exchange::uncertainty::{FluxUncertainty, held_rows};
 use crate::exchange::uneven::{SentFrom, Unevenness};
 use crate::simulation::exchange::ExchangeCraft;
 use crate::thermal::misfit::{Misfit, check_length};
+use crate::trace::span;
 
 /// Findings of infrared between two estimates.
 const EVERY: u64 = 10;
@@ -124,6 +125,7 @@ impl ExchangeErrors {
         self.state.corrected.clear();
         self.state.rising.clear();
         let turned = self.turn(load.start, &load.joints);
+        let _errs = span("errors of radiation between surfaces");
         let due = self.renewal.due(load, steps, self.state.absorbed.is_empty());
         let Some(exchange) = self.casts.last().filter(|_| due != Due::Nothing) else { return };
         let temperature = |node: usize| f64::from(temperatures[node]);
