@@ -9,7 +9,6 @@ use ash::vk;
 use super::context::Context;
 use super::error::{During as _, GpuError};
 use super::kept_pipelines::Pipeline;
-use super::layout::SLICE;
 use super::pass::{Access, Pass, PassReach, PassWork};
 use super::shaders::Shader;
 use super::store::Resources;
@@ -119,7 +118,8 @@ impl Bindings {
         let element = resource.element as u64;
         let (offset, range) = match range {
             None if self.joints > 1 && resource.per_joint => {
-                (u64::from(drawn_joint.unwrap_or(slice)) * SLICE as u64, SLICE as u64)
+                let bytes = region.bytes / u64::from(self.joints);
+                (u64::from(drawn_joint.unwrap_or(slice)) * bytes, bytes)
             }
             Some((first, end)) => (u64::from(first) * element, u64::from(end - first) * element),
             None => (0, region.bytes),

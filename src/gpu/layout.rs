@@ -22,8 +22,13 @@ pub use step::FUSED_STEPS;
 pub use step::Material;
 pub(crate) use step::{HeatPass, Step, Steps};
 
-/// Distance between the joint slices of a uniform buffer [bytes]. Every device accepts it as an offset alignment.
-pub(crate) const SLICE: usize = 256;
+/// Alignment of the joint slices of a uniform buffer [bytes]. Every device accepts it for an offset.
+const SLICE: usize = 256;
+
+/// Distance between the joint slices of a uniform buffer whose slices hold so many bytes [bytes].
+pub(crate) const fn slice_of(bytes: usize) -> usize {
+    bytes.next_multiple_of(SLICE)
+}
 
 /// Every shared structure.
 pub fn structures() -> Vec<Structure> {

@@ -9,7 +9,7 @@ use super::once::Once;
 use super::resource::{Pieces, Resource, Role};
 use super::scene_data::SceneData;
 use super::store::Resources;
-use crate::gpu::layout::SLICE;
+use crate::gpu::layout::slice_of;
 
 /// A planned buffer or image.
 #[derive(Debug, Clone)]
@@ -25,8 +25,8 @@ impl SceneData<'_> {
     pub fn plan(&self) -> Vec<Planned> {
         let planned = |resource: &'static Resource| {
             let joints = self.joints.as_ref().filter(|_| resource.per_joint).map(|joints| joints.count as usize);
-            let one = joints.map_or(resource.element, |joints| joints * SLICE);
-            let bytes = (resource.copies() * (resource.count)(self) * one) as u64;
+            let one = resource.element * (resource.count)(self);
+            let bytes = (resource.copies() * joints.map_or(one, |joints| joints * slice_of(one))) as u64;
             (bytes > 0).then_some(Planned { resource, bytes })
         };
         effects::all().filter_map(planned).collect()

@@ -141,10 +141,7 @@ impl SceneData<'_> {
     /// Whether one dispatch may take many steps. This needs transitions that depend on nothing but the load.
     pub(crate) fn fuses(&self) -> bool {
         let kinds = || self.ranges.iter().map(|range| range.variant.kind);
-        self.joints.is_none()
-            && self.exchange.is_none()
-            && kinds().any(StepKind::has_state)
-            && kinds().all(|kind| kind != StepKind::Absorb)
+        self.exchange.is_none() && kinds().any(StepKind::has_state) && kinds().all(|kind| kind != StepKind::Absorb)
     }
 
     /// Triangles of the body and of each joint.

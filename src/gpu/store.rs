@@ -134,19 +134,33 @@ impl Resources {
         Ok(())
     }
 
-    /// Writes the slice of each joint.
+    /// Writes the slice of each joint, which holds one value.
     pub(super) fn write_slices<T: Pod>(
         &mut self,
         resource: &'static Resource,
         slot: usize,
         slices: &[T],
     ) -> Result<(), GpuError> {
-        if let [one] = slices {
-            return self.write(resource, slot, &[*one]);
+        let runs: Vec<&[T]> = slices.iter().map(std::slice::from_ref).collect();
+        self.write_runs(resource, slot, 1, &runs)
+    }
+
+    /// Writes the slice of each joint with its values. A slice has room for `most` of them.
+    pub(super) fn write_runs<T: Pod>(
+        &mut self,
+        resource: &'static Resource,
+        slot: usize,
+        most: usize,
+        runs: &[impl AsRef<[T]>],
+    ) -> Result<(), GpuError> {
+        if let [one] = runs {
+            return self.write(resource, slot, one.as_ref());
         }
-        let mut bytes = vec![0u8; slices.len() * layout::SLICE];
-        for (slice, value) in bytes.chunks_mut(layout::SLICE).zip(slices) {
-            slice[..size_of::<T>()].copy_from_slice(bytemuck::bytes_of(value));
+        let slice = layout::slice_of(most * size_of::<T>());
+        let mut bytes = vec![0u8; runs.len() * slice];
+        for (slice, run) in bytes.chunks_mut(slice).zip(runs) {
+            let values: &[u8] = bytemuck::cast_slice(run.as_ref());
+            slice[..values.len()].copy_from_slice(values);
         }
         self.write(resource, slot, &bytes)
     }

@@ -1,7 +1,7 @@
 //! Advances through steps that need only their final state, with loads computed in parallel and many steps in a dispatch.
 //!
 //! A warm-up and the way to a still consist of such steps. A dispatch reads and writes a node's normal and state once for up to 32 steps. This needs nodes
-//! that do not interact and joints that do not move. The result has the same bits (`tests/it/fused.rs`).
+//! that do not interact. Each joint has loads of its own. The result has the same bits (`tests/it/fused.rs`).
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

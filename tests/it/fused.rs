@@ -1,4 +1,4 @@
-//! Many steps in one dispatch give the same result as single steps, through an eclipse and with shadows.
+//! Many steps in one dispatch give the same result as single steps, through an eclipse, with shadows and with joints that turn.
 
 use isotherm::internals::{DeviceEngine, Engine, EngineOrder as Order, EngineStep, FUSED_STEPS, Prepared};
 
@@ -8,8 +8,8 @@ use super::device::{assert_silent, context};
 /// Number of steps: sunlight, penumbra, umbra and back.
 const STEPS: u32 = 80;
 
-/// The skin has its own function, and the cells use the restart rule.
-fn prepared(shadows: &str) -> Prepared {
+/// The skin has its own function, and the cells use the restart rule. The scene has one more section.
+fn prepared(section: &str) -> Prepared {
     let skin = "heating = { function = \"quadratic\", t_max_steps = 20 }";
     let own = "heating = { function = \"expression\", text = \"s*s*(3.0-2.0*s)\", t_max_steps = 20 }";
     let cells = "heating = { function = \"quadratic\", t_max_steps = 4 }";
@@ -17,7 +17,7 @@ fn prepared(shadows: &str) -> Prepared {
     let scene = scene_with(&[
         (skin, own),
         (&format!("retarget = \"merge\"\n{cells}"), &anew),
-        ("[radiance]", &format!("{shadows}[radiance]")),
+        ("[radiance]", &format!("{section}[radiance]")),
     ]);
     Folder::new(&scene).prepared()
 }
@@ -90,4 +90,16 @@ fn shadows_found_anew_end_a_dispatch() {
     let (without, free) = state(&self::prepared(""), STEPS as usize, 1.0);
     assert!(one_by_one != without, "shadows show");
     assert!(dispatches(&together, true) > dispatches(&free, true), "light found anew ends a dispatch");
+}
+
+#[test]
+fn each_joint_has_its_own_loads_in_a_dispatch() {
+    let wings = "[[joint]]\npart = \"wing_*\"\nmode = \"sun\"\naxis = \"+Y\"\nsun_axis = \"-Z\"\n";
+    let prepared = prepared(wings);
+    let (one_by_one, _) = state(&prepared, 1, 1.0);
+    let (at_once, together) = state(&prepared, STEPS as usize, 1.0);
+    assert!(one_by_one == at_once, "to the last bit");
+    assert!((u64::from(STEPS) - 3..=u64::from(STEPS)).contains(&together.fused_steps()));
+    let (fixed, _) = state(&self::prepared(""), STEPS as usize, 1.0);
+    assert!(one_by_one != fixed, "turned wings show");
 }

@@ -31,9 +31,9 @@ resources! {
     /// Albedo table over the directions of a normal, written by the host.
     ALBEDO_VALUES = Resource::new("AlbedoValues", 4, FromHost, Per::Scene, albedo_values).each_slot();
     /// `Step`s of a fused dispatch, written by the host.
-    FUSED_LOADS = Resource::uniform::<layout::Step>("FusedSteps", fused_steps);
+    FUSED_LOADS = Resource::uniform::<layout::Step>("FusedSteps", fused_steps).each_joint();
     /// Sun samples of a fused dispatch, written by the host.
-    FUSED_SUN_SAMPLES = Resource::uniform::<[u8; SAMPLES]>("FusedSunSamples", fused_steps);
+    FUSED_SUN_SAMPLES = Resource::uniform::<[u8; SAMPLES]>("FusedSunSamples", fused_steps).each_joint();
     /// Albedo tables of a fused dispatch, written by the host.
     FUSED_ALBEDO_VALUES =
         Resource::new("FusedAlbedoValues", 4, FromHost, Per::Scene, |data| fused_steps(data) * albedo_values(data))

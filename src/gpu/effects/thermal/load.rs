@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 use super::{ALBEDO_VALUES, FUSED_ALBEDO_VALUES, FUSED_LOADS, FUSED_SUN_SAMPLES, STEP, SUN_SAMPLES};
 use crate::environment::{MAX_SUN_SAMPLES, StepLoad, albedo};
 use crate::gpu::error::GpuError;
-use crate::gpu::layout;
+use crate::gpu::layout::{self, FUSED_STEPS};
 use crate::gpu::store::Resources;
 
 /// Load of a step without its length.
@@ -44,15 +44,23 @@ impl DeviceLoad {
         self.albedo.as_ref().map_or(Ok(()), |values| resources.write(&ALBEDO_VALUES, slot, values))
     }
 
-    /// Writes the loads of a fused dispatch, each with its length in steps. Only a craft without joints uses this.
+    /// Writes the loads of a fused dispatch, each with its length in steps.
     pub(crate) fn write_fused(loads: &[(Self, f64)], resources: &mut Resources, slot: usize) -> Result<(), GpuError> {
         let count = loads.len() as f32;
-        let steps = loads.iter().map(|(load, step)| layout::Step { length: *step as f32, count, ..load.steps[0] });
-        resources.write(&FUSED_LOADS, slot, &steps.collect::<Vec<_>>())?;
-        let samples: Vec<_> = loads.iter().map(|(load, _)| load.samples[0]).collect();
-        resources.write(&FUSED_SUN_SAMPLES, slot, &samples)?;
-        let values: Vec<f32> = loads.iter().flat_map(|(load, _)| load.albedo.iter().flatten().copied()).collect();
-        resources.write(&FUSED_ALBEDO_VALUES, slot, &values)
+        let joints = 0..loads.first().map_or(0, |(load, _)| load.steps.len());
+        let step = |joint: usize, (load, length): &(Self, f64)| layout::Step {
+            length: *length as f32,
+            count,
+            ..load.steps[joint]
+        };
+        let steps = |joint: usize| loads.iter().map(|load| step(joint, load)).collect();
+        let samples = |joint: usize| loads.iter().map(|(load, _)| load.samples[joint]).collect();
+        let steps: Vec<Vec<_>> = joints.clone().map(steps).collect();
+        let samples: Vec<Vec<_>> = joints.map(samples).collect();
+        resources.write_runs(&FUSED_LOADS, slot, FUSED_STEPS, &steps)?;
+        resources.write_runs(&FUSED_SUN_SAMPLES, slot, FUSED_STEPS, &samples)?;
+        let values: Vec<&[f32]> = loads.iter().filter_map(|(load, _)| load.albedo.as_deref()).collect();
+        resources.write(&FUSED_ALBEDO_VALUES, slot, &values.concat())
     }
 }
 
