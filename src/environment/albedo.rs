@@ -3,6 +3,7 @@
 //! Directions are unit normals in the *planet frame*: z points to nadir, x points towards the Sun at right angles to z. Every value is even in y.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::ops::Range;
 use std::sync::LazyLock;
 
 use glam::DVec3;
@@ -29,12 +30,19 @@ pub const RESOLUTION: usize = 160;
 /// The vector v of a grid point. `None` where no read reaches the point.
 pub(super) fn grid_direction(column: usize, row: usize) -> Option<DVec3> {
     let half = RESOLUTION / 2;
-    if column.abs_diff(half) + row.abs_diff(half) > half + 1 {
+    if !reached_columns(row).contains(&column) {
         return None;
     }
     let coordinate = |index: usize| (index as f64 - half as f64) / half as f64;
     let (x, z) = (coordinate(column), coordinate(row));
     Some(DVec3::new(x, 1.0 - x.abs() - z.abs(), z))
+}
+
+/// The columns of a row of the grid that a read may reach.
+pub(super) fn reached_columns(row: usize) -> Range<usize> {
+    let half = RESOLUTION / 2;
+    let reach = half + 1 - row.abs_diff(half);
+    half.saturating_sub(reach)..(half + reach).min(RESOLUTION) + 1
 }
 
 /// `albedo_factor` read from a table. `direction` is a unit normal in the planet frame.

@@ -5,8 +5,10 @@
 use std::f64::consts::FRAC_PI_2;
 use std::sync::{Arc, OnceLock};
 
-use super::albedo::{AlbedoTable, RESOLUTION, grid_direction};
-use super::albedo_series::AlbedoSeries;
+use glam::DVec3;
+
+use super::albedo::{AlbedoTable, RESOLUTION, grid_direction, reached_columns};
+use super::albedo_series::{AT_ONCE, AlbedoSeries};
 use super::sky::horizon_angle;
 
 /// Albedo tables over the Sun's zenith angle below the craft, for one distance.
@@ -202,23 +204,34 @@ fn spread(distance_ratio: f64, horizon: f64) -> f64 {
 fn tabulate(distance_ratio: f64, sun_zenith: f64) -> AlbedoTable {
     let series = AlbedoSeries::new(distance_ratio, sun_zenith);
     let side = RESOLUTION + 1;
-    let value = |index: usize| {
-        grid_direction(index % side, index / side).map_or(0.0, |direction| {
-            let length = direction.length();
-            length * series.factor(direction / length)
-        })
-    };
-    AlbedoTable { values: (0..side * side).map(value).collect() }
+    let point = |index: usize| Some((index, grid_direction(index % side, index / side)?));
+    let points: Vec<(usize, DVec3)> = (0..side * side).filter_map(point).collect();
+    let mut values = vec![0.0; side * side];
+    for some in points.chunks(AT_ONCE) {
+        let mut normals = [DVec3::Z; AT_ONCE];
+        normals.iter_mut().zip(some).for_each(|(normal, (_, v))| *normal = *v / v.length());
+        for (factor, (index, v)) in series.factors(&normals).into_iter().zip(some) {
+            values[*index] = v.length() * factor;
+        }
+    }
+    AlbedoTable { values }
 }
 
 /// Weighted sum of tables. A cubic can fall below 0 by its own error. Such values become 0, because a negative flux has no balance temperature.
 fn blend(tables: &[&AlbedoTable], weights: &[f64]) -> AlbedoTable {
-    let mut values = vec![0.0; tables[0].values.len()];
-    // Table after table: the compiler makes vectors of this loop.
-    for (table, weight) in tables.iter().zip(weights) {
-        values.iter_mut().zip(&table.values).for_each(|(sum, value)| *sum += value * weight);
+    let side = RESOLUTION + 1;
+    let mut values = vec![0.0; side * side];
+    for (row, sums) in values.chunks_exact_mut(side).enumerate() {
+        // Half of the grid stays 0.
+        let reached = reached_columns(row);
+        let sums = &mut sums[reached.clone()];
+        // Table after table: the compiler makes vectors of this loop.
+        for (table, weight) in tables.iter().zip(weights) {
+            let values = &table.values[row * side..][reached.clone()];
+            sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value * weight);
+        }
+        sums.iter_mut().for_each(|sum| *sum = sum.max(0.0));
     }
-    values.iter_mut().for_each(|sum| *sum = sum.max(0.0));
     AlbedoTable { values }
 }
 

@@ -1,5 +1,6 @@
 //! The albedo factor of plates in every direction, for one Sun zenith angle and one distance, as a series that few integrals give.
 
+use std::array::from_fn;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DVec3;
@@ -10,6 +11,8 @@ use super::albedo::albedo_factor;
 /// Terms in the tilt, and in the cosine of the azimuth. With them the largest error of a table is the error of its bilinear reads.
 const TILTS: usize = 18;
 const AZIMUTHS: usize = 14;
+/// Normals whose factors are computed together.
+pub(super) const AT_ONCE: usize = 8;
 
 /// `albedo_factor` over the directions of a normal.
 ///
@@ -58,21 +61,27 @@ impl AlbedoSeries {
         Self { radius, whole: [sunward, nadir], coefficients }
     }
 
-    /// The factor of a unit normal in the planet frame.
-    pub(super) fn factor(&self, normal: DVec3) -> f64 {
-        let across = normal.x.hypot(normal.y);
-        let place = (across.atan2(normal.z) - FRAC_PI_2) / self.radius;
-        if place >= 1.0 {
-            return 0.0;
+    /// The factors of unit normals in the planet frame. The sums of several are formed side by side, each in the order of the series: a sum alone waits for
+    /// each of its additions.
+    pub(super) fn factors(&self, normals: &[DVec3; AT_ONCE]) -> [f64; AT_ONCE] {
+        let across = normals.map(|normal| normal.x.hypot(normal.y));
+        let place: [f64; AT_ONCE] = from_fn(|one| (across[one].atan2(normals[one].z) - FRAC_PI_2) / self.radius);
+        let azimuth = from_fn(|one| if across[one] > 0.0 { normals[one].x / across[one] } else { 1.0 });
+        let tilts = chebyshev_polynomials::<TILTS, AT_ONCE>(place);
+        let azimuths = chebyshev_polynomials::<AZIMUTHS, AT_ONCE>(azimuth);
+        let mut sums = [0.0; AT_ONCE];
+        for (row, tilt) in self.coefficients.chunks_exact(AZIMUTHS).zip(&tilts) {
+            let mut of_row = [0.0; AT_ONCE];
+            for (coefficient, azimuth) in row.iter().zip(&azimuths) {
+                (0..AT_ONCE).for_each(|one| of_row[one] += coefficient * azimuth[one]);
+            }
+            (0..AT_ONCE).for_each(|one| sums[one] += tilt[one] * of_row[one]);
         }
-        if place <= -1.0 {
-            return self.whole[0] * normal.x + self.whole[1] * normal.z;
-        }
-        let tilts = chebyshev_polynomials::<TILTS>(place);
-        let azimuths = chebyshev_polynomials::<AZIMUTHS>(if across > 0.0 { normal.x / across } else { 1.0 });
-        let rows = self.coefficients.chunks_exact(AZIMUTHS).zip(tilts);
-        let sum = rows.map(|(row, tilt)| tilt * row.iter().zip(azimuths).map(|(c, azimuth)| c * azimuth).sum::<f64>());
-        sum.sum::<f64>().max(0.0)
+        from_fn(|one| match place[one] {
+            1.0.. => 0.0,
+            ..=-1.0 => self.whole[0] * normals[one].x + self.whole[1] * normals[one].z,
+            _ => sums[one].max(0.0),
+        })
     }
 }
 
@@ -81,19 +90,20 @@ fn chebyshev_node(count: usize, index: usize) -> f64 {
     (PI * (index as f64 + 0.5) / count as f64).cos()
 }
 
-/// The Chebyshev polynomials of degrees 0 to N - 1 at `x`.
-fn chebyshev_polynomials<const N: usize>(x: f64) -> [f64; N] {
-    let mut values = [1.0; N];
+/// The Chebyshev polynomials of degrees 0 to N - 1 at each `x`.
+fn chebyshev_polynomials<const N: usize, const M: usize>(x: [f64; M]) -> [[f64; M]; N] {
+    let mut values = [[1.0; M]; N];
     values[1] = x;
     for degree in 2..N {
-        values[degree] = 2.0 * x * values[degree - 1] - values[degree - 2];
+        values[degree] = from_fn(|one| 2.0 * x[one] * values[degree - 1][one] - values[degree - 2][one]);
     }
     values
 }
 
 /// What the value at one of N nodes adds to each coefficient of a series.
 fn node_shares<const N: usize>(index: usize) -> [f64; N] {
-    let mut shares = chebyshev_polynomials::<N>(chebyshev_node(N, index)).map(|value| 2.0 / N as f64 * value);
+    let values = chebyshev_polynomials::<N, 1>([chebyshev_node(N, index)]);
+    let mut shares = values.map(|[value]| 2.0 / N as f64 * value);
     shares[0] *= 0.5;
     shares
 }
@@ -114,7 +124,7 @@ mod tests {
                 let tilt = (FRAC_PI_2 + reach * (2.0 * part(index / 41, 97) - 1.0)).clamp(0.0, PI);
                 let azimuth = PI * part(index % 41, 41);
                 let normal = DVec3::new(tilt.sin() * azimuth.cos(), tilt.sin() * azimuth.sin(), tilt.cos());
-                (series.factor(normal) - albedo_factor(normal, distance_ratio, sun_zenith)).abs()
+                (series.factors(&[normal; AT_ONCE])[0] - albedo_factor(normal, distance_ratio, sun_zenith)).abs()
             };
             (0..97 * 41).map(error).fold(0.0, f64::max)
         };
