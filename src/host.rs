@@ -10,7 +10,7 @@ pub(crate) fn free_memory() -> Option<u64> {
 }
 
 /// Memory of this process [bytes].
-fn resident_memory() -> Option<u64> {
+pub(crate) fn resident_memory() -> Option<u64> {
     kilobytes("/proc/self/status", "VmRSS:")
 }
 

@@ -28,6 +28,7 @@ pub(crate) mod facade_error;
 pub(crate) mod forecast;
 pub(crate) mod forward;
 pub(crate) mod given;
+pub(crate) mod host_memory;
 pub(crate) mod image;
 pub(crate) mod joints;
 pub(crate) mod keep;

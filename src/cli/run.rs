@@ -8,7 +8,7 @@ use indicatif::ProgressBar;
 use super::arguments::{command_line, folder};
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
-use super::prepare::{guard, prepare_with_progress, say_size};
+use super::prepare::{device_memory, guard, prepare_with_progress, say_size};
 use super::progress::{progress_bar, stop_flag, tell_work, warm_up_bar};
 use super::reach::ReachArguments;
 use super::resume::{EarlierRun, identity};
@@ -30,6 +30,7 @@ use crate::scene::Draw;
 use crate::simulation::check::SAMPLE;
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::forecast::Forecast;
+use crate::simulation::host_memory::forecast_memory;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
 use crate::stop::{Stopped, until};
@@ -139,7 +140,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let stop = stop_flag();
     let sigma = sigma_of(&prepared, &chosen, &stop)?;
     let (folder, state) = open_folder(arguments, &prepared, &root, earlier, fresh)?;
-    let forecast = forecast_run(&prepared, begin.is_some());
+    let forecast = forecast_run(&prepared, begin.is_some(), (&chosen, &plan));
     let made = timed("making the engine", || until(&stop, || chosen.engine(&prepared, camera)));
     let mut engine = made.map_err(|Stopped| CliError::StoppedBefore)??;
     let start_up_s = began.elapsed().as_secs_f64();
@@ -171,7 +172,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     warn_unchecked(begin.is_some() && sample.is_some(), &outcome);
     let wall_s = outcome.wall_before_s + began.elapsed().as_secs_f64();
     let speed = Speed { time: trace.account(), ..speed(&prepared, &*engine, &outcome, wall_s) };
-    let report = report(&prepared, &plan, &chosen, &mut *engine, outcome, start_up_s);
+    let report = report(&prepared, (&plan, &forecast), &chosen, &mut *engine, outcome, start_up_s);
     let source = ReportSource { command_line, ..report.source };
     let report = Report { buffers: list_buffers(&plan, &chosen), speed, source, ..report };
     write_report(&folder, &report, timeline.as_ref(), &trace)?;
@@ -192,8 +193,9 @@ fn warn_unchecked(asked: bool, outcome: &RunOutcome) {
     }
 }
 
-fn forecast_run(prepared: &Prepared, has_state: bool) -> Forecast {
-    let forecast = Forecast::of(prepared);
+fn forecast_run(prepared: &Prepared, has_state: bool, (target, plan): (&Target, &[Planned])) -> Forecast {
+    let memory = forecast_memory(prepared, target, device_memory(plan));
+    let forecast = Forecast { memory, ..Forecast::of(prepared) };
     let forecast = if has_state { forecast.without_warm_up() } else { forecast };
     say!("{}", forecast.sentence());
     forecast

@@ -19,7 +19,7 @@ const SLACK: f64 = 0.1;
 /// Angle, over the angle between findings, up to which a way is halved no more. A half of a whole way, which rounding may lengthen, is never halved again.
 const LEAST: f64 = 0.75;
 /// Most poses that are kept. The oldest makes room.
-const MOST: usize = 64;
+pub(super) const MOST: usize = 64;
 
 /// The poses between which rows lie, and the share of the second.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
@@ -104,7 +104,7 @@ impl<T: Finding> Held<T> {
 /// Findings that are kept unpacked: the two in use, and the one before.
 const WHOLE: usize = 3;
 /// Memory for packed findings [B].
-const MEMORY: usize = 1 << 29;
+pub(super) const MEMORY: usize = 1 << 29;
 
 /// Findings for poses of the joints, and what holds now.
 #[derive(Debug, Clone)]

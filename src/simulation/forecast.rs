@@ -26,6 +26,8 @@ pub(crate) struct Forecast {
     pub(crate) pixels: u64,
     /// Bytes of all files, before compression.
     pub(crate) file_bytes: f64,
+    /// Peak memory of this process [B], where it is forecast.
+    pub(crate) memory: Option<u64>,
 }
 
 impl Forecast {
@@ -46,6 +48,7 @@ impl Forecast {
             images,
             pixels,
             file_bytes: rows * row + images as f64 * pixels as f64 * PIXEL_BYTES,
+            memory: None,
         }
     }
 
@@ -59,7 +62,7 @@ impl Forecast {
     }
 
     /// The work in words, with the memory of the device [bytes], where there is one.
-    pub(crate) fn entries(&self, memory: Option<u64>) -> Vec<(String, String)> {
+    pub(crate) fn entries(&self, device: Option<u64>) -> Vec<(String, String)> {
         let most = if self.warm_up_is_most { "at most " } else { "" };
         let mut entries = vec![
             ("steps of the warm-up".to_owned(), format!("{most}{}", self.warm_up)),
@@ -67,21 +70,28 @@ impl Forecast {
             ("images".to_owned(), self.images.to_string()),
             ("files".to_owned(), format!("at most {}", bytes(self.file_bytes))),
         ];
-        entries.extend(memory.map(|memory| ("memory of the device".to_owned(), bytes(memory as f64))));
+        entries.extend(device.map(|device| ("memory of the device".to_owned(), bytes(device as f64))));
+        entries.extend(self.memory.map(|memory| ("memory of the process".to_owned(), about(memory))));
         entries
     }
 
     /// The work in a sentence.
     pub(crate) fn sentence(&self) -> String {
         let most = if self.warm_up_is_most { "at most " } else { "" };
+        let memory = self.memory.map(|memory| format!("; {} of memory", about(memory))).unwrap_or_default();
         format!(
-            "forecast: {most}{} steps of warm-up, {} steps and {} images; at most {} of files",
+            "forecast: {most}{} steps of warm-up, {} steps and {} images; at most {} of files{memory}",
             self.warm_up,
             self.steps,
             self.images,
             bytes(self.file_bytes)
         )
     }
+}
+
+/// Memory that is forecast [B], in words.
+fn about(memory: u64) -> String {
+    format!("about {}", bytes(memory as f64))
 }
 
 /// Bytes with a unit.

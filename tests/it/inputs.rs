@@ -362,7 +362,7 @@ fn work_without_bounds_is_refused_before_it_begins() {
 #[test]
 fn the_work_of_a_run_is_told_before_its_first_step() {
     let folder = Folder::new(&scene_with(&[("steps = 12", "steps = 12\nwarm_up_orbits = 2")]));
-    let told = "forecast: 185 steps of warm-up, 12 steps and 4 images; at most 639.7 kB of files\n";
+    let told = "forecast: 185 steps of warm-up, 12 steps and 4 images; at most 639.7 kB of files; about ";
     let said = stderr(&end(isotherm(folder.0.path(), &["run", "scene.toml", "-o", "out", "--device", "cpu"])));
     assert!(said.contains(told), "{said}");
     let report = std::fs::read_to_string(folder.path("out/report.html")).unwrap();
