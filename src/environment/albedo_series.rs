@@ -4,7 +4,6 @@ use std::array::from_fn;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::albedo::albedo_factor;
 
@@ -29,7 +28,7 @@ pub(super) struct AlbedoSeries {
 }
 
 impl AlbedoSeries {
-    /// Computes the series from some 250 integrals, on all cores. The parameters are as for [`albedo_factor`].
+    /// Computes the series from some 250 integrals. The parameters are as for [`albedo_factor`].
     pub(super) fn new(distance_ratio: f64, sun_zenith: f64) -> Self {
         let exact = |tilt: f64, cosine: f64| {
             let across = tilt.sin();
@@ -41,8 +40,8 @@ impl AlbedoSeries {
         let (sine, cosine) = (FRAC_PI_2 - radius).sin_cos();
         let sunward = if sine > 0.0 { (exact(FRAC_PI_2 - radius, 1.0) - nadir * cosine) / sine } else { 0.0 };
 
+        // One after another: a table is made under a lock, and a thread that waits for others there takes up work that needs the same table.
         let values: Vec<f64> = (0..TILTS * AZIMUTHS)
-            .into_par_iter()
             .map(|index| {
                 let tilt = FRAC_PI_2 + radius * chebyshev_node(TILTS, index / AZIMUTHS);
                 exact(tilt, chebyshev_node(AZIMUTHS, index % AZIMUTHS))
@@ -110,6 +109,8 @@ fn node_shares<const N: usize>(index: usize) -> [f64; N] {
 
 #[cfg(test)]
 mod tests {
+    use rayon::prelude::*;
+
     use super::*;
 
     /// Largest error over the planet's share of the sky, 1 / `distance_ratio`^2, for the Sun at many zenith angles. Every other normal lies near the tilts whose plane cuts the disc.
