@@ -230,6 +230,7 @@ fn submit_part(
     let finds = span("finding the loads");
     let load = (step > 0).then(|| prepared.loads.step_load(start, end));
     drop(finds);
+    let poses = span("posing the image");
     let pose = (ends && is_drawn(&prepared.scene.time.draw, step)).then(|| pose_at(prepared, end)).flatten();
     let advance = load.as_ref().map(|load| EngineStep { load, steps, start, length: end - start });
     let joints = pose.map(|_| prepared.loads.joints_at(end).1).unwrap_or_default();
@@ -237,6 +238,7 @@ fn submit_part(
     let moments = moments.as_ref().filter(|_| pose.is_some()).map(|moments| ImageMoments(moments));
     let surroundings = pose.and_then(|pose| surroundings_at(prepared, end, &pose));
     let past = pose.and_then(|_| prepared.past_light(end));
+    drop(poses);
     let order = Order {
         pose,
         joints: &joints,

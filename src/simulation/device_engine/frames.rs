@@ -82,6 +82,7 @@ impl Frames {
         fourth: Fourth,
     ) -> Result<Delivered, GpuError> {
         let collected = renderer.collect(flying.submitted)?;
+        let _reads = span("reading what the device found");
         let mut absorbed: Option<Vec<f64>> =
             collected.absorbed.map(|heat| heat.iter().map(|watts| f64::from(*watts)).collect());
         if let (Some(tables), Some(of_network)) = (&self.tables, flying.heat) {

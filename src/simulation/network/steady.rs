@@ -4,11 +4,11 @@ use super::NetworkRun;
 use super::failure::{failure, unsteady};
 use crate::simulation::engine_error::EngineError;
 use crate::thermal::STEFAN_BOLTZMANN;
-use crate::thermal::network::steady::steady;
+use crate::thermal::network::steady::steady_or_mean;
 use crate::trace::span;
 
 impl NetworkRun {
-    /// The steady state under the heat of every node [W] at a time [s].
+    /// The steady state under the heat of every node [W] at a time [s]. Thermostats that cycle have their mean.
     ///
     /// # Errors
     /// No steady state.
@@ -22,7 +22,7 @@ impl NetworkRun {
         let common = guess((&heat.iter().sum::<f64>(), &emitted)).clamp(3.0, 2000.0);
         self.settle_at(common);
         let schedule = self.scene.schedule(heat, &self.course.on, time, 0.0);
-        let balanced = steady(&mut self.worker, self.scene.network(), &schedule);
+        let balanced = steady_or_mean(&mut self.worker, self.scene.network(), &schedule);
         let balanced = balanced.map_err(|error| failure(time, &unsteady(&error)))?;
         self.course.on = balanced.on;
         self.set_temperatures(&balanced.temperatures);
