@@ -100,7 +100,7 @@ pub(super) fn tell_work(trace: &Trace) {
     let _ = WORK.set(trace.clone());
 }
 
-/// Lets the lines tell what this thread does, until this is dropped.
+/// Lets the lines tell the work of this thread, until this is dropped.
 pub(super) fn tell_work_here() -> OnTrack {
     let trace = Trace::begin(false);
     tell_work(&trace);

@@ -13,12 +13,12 @@ const GROUP: usize = 8;
 /// Most groups: their matrix is inverted.
 const MOST: usize = 1024;
 
-/// What groups of patches send to each other with all reflections.
+/// Light that groups of patches send to each other with all reflections.
 #[derive(Debug)]
 pub(super) struct LateLight {
     /// First patch of each group, and the patch after the last.
     first: Vec<usize>,
-    /// Share of each patch in what arrives at its group.
+    /// Share of each patch in the light of its group.
     shares: Vec<f64>,
     /// Light that arrives at a group (row), over light that another reflects (column).
     arrives: DMatrix<f64>,
@@ -35,7 +35,7 @@ impl LateLight {
         };
         let areas = of_group(&|patch| factors.areas[patch]);
         let reflects = of_group(&|patch| factors.areas[patch] * (1.0 - absorptivities[patch]));
-        // Column g has what a group sends, row h what arrives.
+        // Column: the group that sends. Row: the group that receives.
         let mut sent = DMatrix::zeros(count, count);
         let mut seen = vec![0.0; group_of.len()];
         for (patch, seen) in seen.iter_mut().enumerate() {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use super::exchange::{ExchangeCraft, inside};
-use super::exchange_poses::{Held, Posed, PosedState, RowsBetween};
+use super::exchange_poses::{FindingPair, Posed, PosedState, RowsBetween};
 use crate::exchange::step::Exchange;
 use crate::gpu::effects::exchange::tables::ExchangeTables;
 use crate::thermal::received::FaceLoad;
@@ -90,9 +90,9 @@ impl DeviceExchange {
         Some(new)
     }
 
-    /// Lets the tables have what holds. A finding that they have stays where it is. Returns which are new.
-    fn take(&mut self, held: &Held<Exchange>) -> [bool; 2] {
-        let Held { from, to, share, .. } = held;
+    /// Takes a pair into the tables. A finding that is there already stays in its place. Returns which are new.
+    fn take(&mut self, held: &FindingPair<Exchange>) -> [bool; 2] {
+        let FindingPair { from, to, share, .. } = held;
         let place = |number: u64| self.findings.iter().position(|own| *own == Some(number));
         let first = place(from.0).unwrap_or_else(|| place(to.0).map_or(0, |place| 1 - place));
         let second = if from.0 == to.0 { first } else { 1 - first };

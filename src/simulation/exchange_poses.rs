@@ -76,9 +76,9 @@ pub(super) trait Finding: Sized {
     fn bytes(packed: &Self::Packed) -> usize;
 }
 
-/// What holds: a share of the way between two findings.
+/// Two findings, and the place between them.
 #[derive(Debug, Clone)]
-pub(super) struct Held<T> {
+pub(super) struct FindingPair<T> {
     /// The first finding, and its number.
     pub(super) from: (u64, Arc<T>),
     /// The second one. It is the first where joints rest there.
@@ -88,7 +88,7 @@ pub(super) struct Held<T> {
     mean: OnceLock<Arc<T>>,
 }
 
-impl<T: Finding> Held<T> {
+impl<T: Finding> FindingPair<T> {
     /// The mean of both findings. It is made when somebody asks for it first: a device has no need of it.
     pub(super) fn mean(&self) -> &Arc<T> {
         self.mean.get_or_init(|| {
@@ -120,7 +120,7 @@ pub(super) struct Posed<T: Finding> {
     /// Share of the way for which a mean of both ends is held, and the numbers of these ends.
     hold: f64,
     hold_of: [u64; 2],
-    now: Option<Arc<Held<T>>>,
+    now: Option<Arc<FindingPair<T>>>,
     /// Poses of the last call.
     last: Vec<DAffine3>,
     /// Largest turn of a joint against the poses for which the rows in use hold [rad].
@@ -152,7 +152,7 @@ impl<T: Finding> Posed<T> {
         &mut self,
         poses: &[DAffine3],
         find: &mut dyn FnMut(&[DAffine3]) -> Arc<T::Packed>,
-    ) -> Option<&Arc<Held<T>>> {
+    ) -> Option<&Arc<FindingPair<T>>> {
         let before = std::mem::replace(&mut self.last, poses.to_vec());
         let limit = (SLACK * self.angle).max(STILL);
         let moves = turned(&before, poses) > STILL;
@@ -199,7 +199,7 @@ impl<T: Finding> Posed<T> {
         let [Some(from), Some(to)] = [place.from, place.to].map(|number| self.finding(number, find)) else { return };
         let between = |share: f64| {
             let (from, to) = ((place.from, Arc::clone(&from)), (place.to, Arc::clone(&to)));
-            Some(Arc::new(Held { from, to, share, mean: OnceLock::new() }))
+            Some(Arc::new(FindingPair { from, to, share, mean: OnceLock::new() }))
         };
         if place.from == place.to {
             (self.now, self.hold) = (between(0.0), 0.0);
@@ -340,7 +340,7 @@ impl<T: Finding> Posed<T> {
     }
 
     /// What holds now.
-    pub(crate) fn held(&self) -> Option<&Arc<Held<T>>> {
+    pub(crate) fn held(&self) -> Option<&Arc<FindingPair<T>>> {
         self.now.as_ref()
     }
 
@@ -365,7 +365,7 @@ impl<T: Finding> Posed<T> {
         &mut self,
         saved: &PosedState,
         find: &mut dyn FnMut(&[DAffine3]) -> Arc<T::Packed>,
-    ) -> Option<&Arc<Held<T>>> {
+    ) -> Option<&Arc<FindingPair<T>>> {
         let known =
             |(number, poses): &(u64, Vec<DAffine3>)| KnownPose { number: *number, poses: poses.clone(), found: None };
         self.known = saved.known.iter().take(MOST).map(known).collect();

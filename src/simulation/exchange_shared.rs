@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 
 use glam::DAffine3;
 
-use super::exchange_poses::{Held, RowsBetween};
+use super::exchange_poses::{FindingPair, RowsBetween};
 use crate::exchange::bundles::SkyBundles;
 use crate::exchange::jointed_rays::JointedRays;
 use crate::exchange::packed::PackedExchange;
@@ -38,7 +38,7 @@ impl Clone for RaysOfCraft {
 
 /// The rows that an engine uses, and the poses between which they lie, for the check beside it. A copy begins without.
 #[derive(Debug, Default)]
-pub(super) struct SharedRows(Mutex<Option<(RowsBetween, Weak<Held<Exchange>>)>>);
+pub(super) struct SharedRows(Mutex<Option<(RowsBetween, Weak<FindingPair<Exchange>>)>>);
 
 impl Clone for SharedRows {
     fn clone(&self) -> Self {
@@ -66,7 +66,7 @@ impl ExchangesInUse {
 }
 
 impl SharedRows {
-    pub(super) fn share(&self, rows: Option<RowsBetween>, held: Option<&Arc<Held<Exchange>>>) {
+    pub(super) fn share(&self, rows: Option<RowsBetween>, held: Option<&Arc<FindingPair<Exchange>>>) {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = rows.zip(held.map(Arc::downgrade));
     }
 

@@ -1,6 +1,6 @@
 //! Memory of the host that a run takes at its peak, before its engine is made.
 //!
-//! What the process holds is known. What comes is counted by rays, pixels and planned bytes, with figures that `models/station.toml` and the others of this repository showed; the
+//! The memory of the process so far is known. The rest is counted by rays, pixels and planned bytes, with figures that `models/station.toml` and the others of this repository showed; the
 //! peak then misses by less than a factor of two.
 
 use super::exchange::ExchangeCraft;
@@ -17,10 +17,10 @@ const MET: u64 = 8;
 const FINDING: u64 = 32;
 /// Rows in use, with three that are kept whole [B a ray].
 const WHOLE: u64 = 16;
-/// What is kept for a pose [B for 8 rays].
+/// Packed rows of a pose [B for 8 rays].
 const KEPT: u64 = 11;
 
-/// The peak memory of this process in a run [B]. `device` is the planned memory of the device [B]. `None` where the system does not tell what the process holds.
+/// The peak memory of this process in a run [B]. `device` is the planned memory of the device [B]. `None` where the system does not tell the memory so far.
 pub(crate) fn forecast_memory(prepared: &Prepared, target: &Target, device: u64) -> Option<u64> {
     let on_processor = target.device().is_some_and(|context| context.info.kind == "cpu");
     let driver = if on_processor { device + SHADERS } else { 0 };

@@ -120,7 +120,7 @@ pub struct Exchanged {
     pub held: f32,
     /// Part of the change since light was found before by which its light goes on.
     pub lead: f32,
-    /// Share of the second finding in what holds.
+    /// Share of the second finding.
     pub share: f32,
 }
 

@@ -63,7 +63,7 @@ shared! {
         pub lead: f32,
         /// Number of patches: rows and skies of the second finding stand so many behind the first.
         pub patches: u32,
-        /// Share of the second finding in what holds.
+        /// Share of the second finding.
         pub share: f32,
     }
 }

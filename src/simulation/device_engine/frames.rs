@@ -7,6 +7,7 @@ use crate::gpu::error::GpuError;
 use crate::gpu::renderer::{Renderer, Submitted};
 use crate::simulation::engine::Delivered;
 use crate::simulation::image::Image;
+use crate::trace::span;
 
 /// Pixels of a block, whose values fit the first cache of a processor.
 const BLOCK: usize = 1024;

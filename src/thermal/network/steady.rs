@@ -119,7 +119,7 @@ fn at_share(stated: &Thermostat, share: f64) -> Thermostat {
     Thermostat { power: share * stated.power, on_below, off_above, initially_on: true, ..stated.clone() }
 }
 
-/// Halves the range of the share of a thermostat by what its sensor has. It stays as it is where another one cycles, which is found next.
+/// Halves the range of the share of a thermostat by the temperature of its sensor. It stays as it is where another one cycles, which is found next.
 fn find_share(
     stepper: &mut ReferenceStepper,
     network: &Network,

@@ -18,7 +18,7 @@ pub(crate) struct Exchanging {
     pub(crate) order: Vec<u32>,
     pub(crate) room: usize,
     pub(crate) renewal: Renewal,
-    /// Share of the second finding in what holds.
+    /// Share of the second finding.
     pub(crate) share: f32,
     /// Whether all must be found anew, whatever the angle and the time.
     pub(crate) fresh: bool,
