@@ -17,6 +17,7 @@ use super::thermal_state;
 use super::uncertainty::sigma_of;
 use crate::gpu::plan::{Planned, check_plan};
 use crate::guard::finding::CheckEffort;
+use crate::host::peak_memory;
 use crate::output::console::{answer, say};
 use crate::output::destination::{Destination, destinations};
 use crate::output::folder::Folder;
@@ -171,8 +172,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     warn_unchecked(begin.is_some() && sample.is_some(), &outcome);
     let wall_s = outcome.wall_before_s + began.elapsed().as_secs_f64();
-    let speed = Speed { time: trace.account(), ..speed(&prepared, &*engine, &outcome, wall_s) };
-    let report = report(&prepared, (&plan, &forecast), &chosen, &mut *engine, outcome, start_up_s);
+    let memory_b = [forecast.memory, peak_memory()];
+    let speed = Speed { time: trace.account(), memory_b, ..speed(&prepared, &*engine, &outcome, wall_s) };
+    let report = report(&prepared, &plan, &chosen, &mut *engine, outcome, start_up_s);
     let source = ReportSource { command_line, ..report.source };
     let report = Report { buffers: list_buffers(&plan, &chosen), speed, source, ..report };
     write_report(&folder, &report, timeline.as_ref(), &trace)?;

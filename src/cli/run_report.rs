@@ -6,7 +6,6 @@ use super::prepare::device_memory;
 use crate::gpu::effects::sensor::{COPIED_FOR_SENSOR, READ};
 use crate::gpu::plan::Planned;
 use crate::gpu::samples::Samples;
-use crate::host::peak_memory;
 use crate::output::console::{answer, say};
 use crate::output::folder::Folder;
 use crate::output::image_index::IMAGES;
@@ -19,7 +18,7 @@ use crate::output::settings;
 use crate::output::step_cost::step_cost;
 use crate::output::tables::{BUDGET, JOINTS, SERIES};
 use crate::simulation::engine::Engine;
-use crate::simulation::forecast::{Forecast, bytes};
+use crate::simulation::forecast::Forecast;
 use crate::simulation::network::{BEYOND, ESTIMATED};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
@@ -101,7 +100,7 @@ fn pass_times(engine: &dyn Engine) -> Vec<PassTime> {
 /// The report of a run. The caller adds buffers, speed and command line.
 pub(super) fn report(
     prepared: &Prepared,
-    (plan, forecast): (&[Planned], &Forecast),
+    plan: &[Planned],
     chosen: &Target,
     engine: &mut dyn Engine,
     outcome: RunOutcome,
@@ -111,9 +110,7 @@ pub(super) fn report(
     let scene = inputs.next().unwrap_or_default();
     let files = list_files(prepared, &outcome);
     let memory = chosen.device().map(|_| device_memory(plan));
-    let measured =
-        peak_memory().map(|peak| ("memory of the process, measured at its peak".to_owned(), bytes(peak as f64)));
-    let forecast = forecast.entries(memory).into_iter().chain(measured).collect();
+    let forecast = Forecast::of(prepared).entries(memory);
     let forecast = SettingGroup { title: "Forecast before the first step".to_owned(), entries: forecast };
     let mut warnings = prepared.warnings.clone();
     let device = describe_device(chosen, &outcome, start_up_s);

@@ -126,6 +126,8 @@ pub(crate) struct Speed {
     pub(crate) image_ms: Option<f64>,
     /// Wall time of the whole run with files [s].
     pub(crate) wall_s: f64,
+    /// Memory of the process at its peak [B]: as it was forecast, and as it was. `None` where the system does not tell it.
+    pub(crate) memory_b: [Option<u64>; 2],
     /// Where it went.
     pub(crate) time: TimeAccount,
 }

@@ -284,6 +284,9 @@ fn costs(html: &mut Html, report: &Report) {
     }
     rows.push(("steps, warm-up included".to_owned(), thousands(speed.steps)));
     rows.push(("images".to_owned(), thousands(speed.images)));
+    for (memory, what) in speed.memory_b.into_iter().zip(["forecast", "at its peak"]) {
+        rows.extend(memory.map(|memory| (format!("memory of the process, {what}"), bytes(memory))));
+    }
     rows.push(("wall time, files included".to_owned(), format!("{} s", significant(speed.wall_s))));
     html.pairs(rows.into_iter().filter(|(_, value)| !value.is_empty()));
 }

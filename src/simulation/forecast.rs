@@ -71,14 +71,14 @@ impl Forecast {
             ("files".to_owned(), format!("at most {}", bytes(self.file_bytes))),
         ];
         entries.extend(device.map(|device| ("memory of the device".to_owned(), bytes(device as f64))));
-        entries.extend(self.memory.map(|memory| ("memory of the process".to_owned(), about(memory))));
         entries
     }
 
     /// The work in a sentence.
     pub(crate) fn sentence(&self) -> String {
         let most = if self.warm_up_is_most { "at most " } else { "" };
-        let memory = self.memory.map(|memory| format!("; {} of memory", about(memory))).unwrap_or_default();
+        let memory =
+            self.memory.map(|memory| format!("; about {} of memory", bytes(memory as f64))).unwrap_or_default();
         format!(
             "forecast: {most}{} steps of warm-up, {} steps and {} images; at most {} of files{memory}",
             self.warm_up,
@@ -87,11 +87,6 @@ impl Forecast {
             bytes(self.file_bytes)
         )
     }
-}
-
-/// Memory that is forecast [B], in words.
-fn about(memory: u64) -> String {
-    format!("about {}", bytes(memory as f64))
 }
 
 /// Bytes with a unit.

@@ -40,6 +40,7 @@ pub(crate) fn full() -> Report {
             step_ms: Some(1.82),
             network_wall_ms: Some(2.1),
             image_ms: Some(12.5),
+            memory_b: [None; 2],
             wall_s: 41.3,
             time: TimeAccount {
                 wall_s: 41.3,
