@@ -32,6 +32,7 @@ pub(crate) mod host_memory;
 pub(crate) mod image;
 pub(crate) mod joints;
 pub(crate) mod keep;
+pub(crate) mod kept_casts;
 mod light;
 pub(crate) mod light_force;
 pub(crate) mod network;

@@ -18,6 +18,7 @@ use super::uncertainty::sigma_of;
 use crate::gpu::plan::{Planned, check_plan};
 use crate::guard::finding::CheckEffort;
 use crate::host::peak_memory;
+use crate::output::casts_file;
 use crate::output::console::{answer, say};
 use crate::output::destination::{Destination, destinations};
 use crate::output::folder::Folder;
@@ -71,7 +72,7 @@ pub(crate) struct Arguments {
     /// Write a timeline of host and device for ui.perfetto.dev or chrome://tracing, or - for standard output
     #[arg(long, value_name = "FILE.json")]
     trace: Option<PathBuf>,
-    /// Write the thermal state at the end of the run, from which another run begins with --from-state
+    /// Write the thermal state at the end of the run, from which another run begins with --from-state. With [exchange], FILE.casts beside it keeps rays and reflections
     #[arg(long, value_name = "FILE")]
     save_state: Option<PathBuf>,
     /// Write that state as it is at a step of the run instead; 0 is the state after the warm-up
@@ -131,6 +132,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let identity = identity(&prepared, &scene, reach, &chosen, sample, &command_line);
     if let Some(earlier) = &earlier {
         earlier.compare(&identity)?;
+        casts_file::read_in(&earlier.folder, &prepared);
     }
     let begin = arguments.from_state.as_ref().map(|path| thermal_state::read(path, &prepared, &chosen)).transpose()?;
     let device_data = timed("planning the memory", || DeviceData::new(&prepared));
@@ -164,9 +166,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let outcome = until(&stop, || run_into(&prepared, &mut *engine, &folder, &job, &stop, &told));
     bars.iter().for_each(ProgressBar::finish_and_clear);
     let outcome = outcome.map_err(|Stopped| CliError::StoppedRun(root.clone()))??;
-    if let (Some(destination), Some(state)) = (&of_state, &outcome.state) {
-        destination.write_bytes(&encode(state)?)?;
-    }
+    write_state(arguments, of_state.as_ref(), &outcome, &prepared)?;
     if let Some(log) = &log {
         timed("writing the log of robotics", || write_log(log, &folder, &outcome.frames, &prepared))?;
     }
@@ -201,6 +201,20 @@ fn forecast_run(prepared: &Prepared, has_state: bool, (target, plan): (&Target, 
     let forecast = if has_state { forecast.without_warm_up() } else { forecast };
     say!("{}", forecast.sentence());
     forecast
+}
+
+/// Writes the thermal state that was asked for, and the file beside it.
+fn write_state(
+    arguments: &Arguments,
+    to: Option<&Destination>,
+    outcome: &RunOutcome,
+    prepared: &Prepared,
+) -> Result<(), CliError> {
+    if let (Some(path), Some(to), Some(state)) = (&arguments.save_state, to, &outcome.state) {
+        to.write_bytes(&encode(state)?)?;
+        casts_file::write_beside(path, prepared);
+    }
+    Ok(())
 }
 
 fn write_log(log: &Destination, folder: &Folder, frames: &[FrameEntry], prepared: &Prepared) -> Result<(), CliError> {
@@ -250,7 +264,8 @@ fn keep_scene_files(arguments: &Arguments, prepared: &Prepared, fresh: Option<&F
     if let Some(folder) = fresh {
         folder.keep_inputs(&prepared.scene.files)?;
     }
-    for path in [&arguments.trace, &arguments.save_state, &arguments.mcap].into_iter().flatten() {
+    let casts = arguments.save_state.as_ref().map(|path| casts_file::beside(path));
+    for path in [&arguments.trace, &arguments.save_state, &casts, &arguments.mcap].into_iter().flatten() {
         keep_inputs(path, prepared.scene.files.iter().chain(&arguments.from_state))?;
     }
     Ok(())

@@ -165,6 +165,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(path) = &arguments.from_state {
         for prepared in prepared {
             state = Some(Arc::new(thermal_state::read(path, &prepared, &target)?));
+            scenes.keep_casts(&prepared);
         }
     }
     let log = Log::open(arguments.log.as_deref())?;

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::error::CliError;
 use crate::files;
 use crate::output::OutputError;
+use crate::output::casts_file;
 use crate::output::console::say;
 use crate::output::state_file::decode;
 use crate::scene::Time;
@@ -12,7 +13,7 @@ use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
 use crate::simulation::thermal_state::ThermalState;
 
-/// The state in a file, which fits the scene and the place of computation.
+/// The state in a file, which fits the scene and the place of computation. The scene takes the rays that were cast before, from the file beside it.
 pub(super) fn read(path: &Path, prepared: &Prepared, chosen: &Target) -> Result<ThermalState, CliError> {
     let refused = |reason: String| CliError::from(OutputError::ThermalState(path.to_path_buf(), reason));
     let bytes = files::read(path).map_err(|fault| refused(format!("cannot be read: {fault}")))?;
@@ -26,6 +27,7 @@ pub(super) fn read(path: &Path, prepared: &Prepared, chosen: &Target) -> Result<
         path.display(),
         state.origin()
     );
+    casts_file::read_beside(path, prepared);
     if prepared.scene.images.error && state.errors.is_none() {
         say!(
             "assumed: {} has no errors of temperatures (its scene has no output.error = true). T_error begins anew at time 0.",

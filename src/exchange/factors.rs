@@ -39,7 +39,7 @@ pub struct Factors {
 }
 
 /// Changes of view factors.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Correction {
     /// Root mean square over the view factors above 0.
     pub rms: f64,

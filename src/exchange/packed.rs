@@ -5,12 +5,14 @@
 use std::sync::Arc;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
+use super::bundles::SkyBundles;
 use super::factors::{Correction, Factors};
 use super::for_light::{LightAreas, late};
-use super::patches::Patch;
+use super::patches::{Patch, Patches};
 use super::reflected::Areas;
-use super::sky::{open_parts, with_open_parts};
+use super::sky::{PARTS, open_parts, with_open_parts};
 use super::slopes::Slopes;
 use super::sparse::Sparse;
 use super::step::Exchange;
@@ -18,7 +20,7 @@ use crate::stop::both;
 use crate::trace::span;
 
 /// The entries of a symmetric matrix on and above its diagonal. A column fits 16 bits ([`super::step::MOST_PATCHES`]).
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct HalfRows {
     first: Vec<u32>,
     columns: Vec<u16>,
@@ -108,10 +110,58 @@ impl HalfRows {
         Sparse { first, entries }
     }
 
+    /// Whether these are the rows of so many patches: lengths, orders and numbers are as [`Self::whole`] takes them.
+    fn is_whole(&self, patches: usize) -> bool {
+        let Self { first, columns, upper, lower, has_lower, rests, doubles } = self;
+        let entries = columns.len();
+        let rows = first.len() == patches + 1
+            && first[0] == 0
+            && first[patches] as usize == entries
+            && entries <= u32::MAX as usize / 2
+            && first.is_sorted();
+        let of_row = |row: usize| {
+            let own = &columns[first[row] as usize..first[row + 1] as usize];
+            own.iter().all(|column| (row..patches).contains(&usize::from(*column))) && own.is_sorted_by(|a, b| a < b)
+        };
+        let lows: usize = has_lower.iter().map(|bits| bits.count_ones() as usize).sum();
+        let singles = upper.len() == entries && has_lower.len() == entries.div_ceil(64) && lower.len() == lows;
+        let places = rests.is_sorted_by(|a, b| a.0 < b.0) && rests.iter().all(|(place, _)| (*place as usize) < entries);
+        let none = upper.is_empty() && lower.is_empty() && has_lower.is_empty() && rests.is_empty();
+        let values = if doubles.is_empty() { singles && places } else { none && doubles.len() == entries };
+        rows && values && (0..patches).all(of_row)
+    }
+
     fn bytes(&self) -> usize {
         let halves = self.columns.len() + self.upper.len() + self.lower.len();
         let wide = self.has_lower.len() + 2 * self.rests.len() + self.doubles.len();
         4 * self.first.len() + 2 * halves + 8 * wide
+    }
+}
+
+/// The finding of rays and reflections in a pose, without the parts that all poses share.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct PoseFinding {
+    /// View factors, exchange areas of infrared and of sunlight.
+    rows: [HalfRows; 3],
+    /// What each of the three gives to space [m2].
+    space: [Vec<f64>; 3],
+    returned: [f64; 2],
+    inside: Vec<f64>,
+    correction: Correction,
+    rays: u32,
+    /// Open parts of two bundles in a byte.
+    open: Vec<u8>,
+}
+
+impl PoseFinding {
+    /// Whether it is a finding of so many patches, with so many rays and bundles each.
+    fn is_whole(&self, patches: usize, rays: u32, bundles: usize) -> bool {
+        let words = patches * bundles;
+        self.rays == rays
+            && self.rows.iter().all(|rows| rows.is_whole(patches))
+            && self.space.iter().chain([&self.inside]).all(|values| values.len() == patches)
+            && self.open.len() == words.div_ceil(2)
+            && self.open.iter().all(|two| u32::from(two & 15) <= PARTS && u32::from(two >> 4) <= PARTS)
     }
 }
 
@@ -122,18 +172,9 @@ pub(crate) struct PackedExchange {
     nodes: Arc<Vec<(u32, f64)>>,
     of_node: Arc<Vec<[u32; 2]>>,
     slopes: Arc<Slopes>,
-    /// View factors, exchange areas of infrared and of sunlight.
-    rows: Arc<[HalfRows; 3]>,
-    /// What each of the three gives to space [m2].
-    space: [Vec<f64>; 3],
-    returned: [f64; 2],
-    inside: Vec<f64>,
-    correction: Correction,
-    rays: u32,
-    /// Open parts of two bundles in a byte.
-    open: Vec<u8>,
     directions: Arc<Vec<u32>>,
     bundles: usize,
+    found: Arc<PoseFinding>,
 }
 
 impl PackedExchange {
@@ -141,12 +182,8 @@ impl PackedExchange {
         let _packs = span("packing the exchange");
         let Exchange { patches, nodes, of_node, slopes, factors, infrared, for_light, directions, bundles } = exchange;
         let LightAreas { sunlight, sky } = &**for_light;
-        Self {
-            patches,
-            nodes,
-            of_node,
-            slopes,
-            rows: Arc::new([&factors.shared, &infrared.between, &sunlight.between].map(HalfRows::new)),
+        let found = PoseFinding {
+            rows: [&factors.shared, &infrared.between, &sunlight.between].map(HalfRows::new),
             space: [factors.space, infrared.space, sunlight.space.clone()],
             returned: [infrared.returned, sunlight.returned],
             inside: factors.inside,
@@ -156,21 +193,39 @@ impl PackedExchange {
                 .chunks(2)
                 .map(|two| two.iter().rev().fold(0, |byte, word| byte << 4 | open_parts(*word)))
                 .collect(),
-            directions,
+        };
+        Self { patches, nodes, of_node, slopes, directions, bundles, found: Arc::new(found) }
+    }
+
+    /// The exchange of patches with a finding that a file kept. `None` where it is none of so many patches, rays and bundles.
+    pub(crate) fn of_kept(found: &Arc<PoseFinding>, patches: &Patches, rays: u32, sky: &SkyBundles) -> Option<Self> {
+        let bundles = sky.of_patch();
+        found.is_whole(patches.all.len(), rays, bundles).then(|| Self {
+            patches: Arc::clone(&patches.all),
+            nodes: Arc::clone(&patches.nodes),
+            of_node: Arc::clone(&patches.of_node),
+            slopes: Arc::clone(&patches.slopes),
+            directions: Arc::clone(&sky.words),
             bundles,
-        }
+            found: Arc::clone(found),
+        })
+    }
+
+    /// The finding of the pose, for a file.
+    pub(crate) fn found(&self) -> &Arc<PoseFinding> {
+        &self.found
     }
 
     /// The exchange that was packed.
     pub(crate) fn unpack(self: &Arc<Self>) -> Exchange {
-        let (shared, mut exchange) = both(|| self.rows[0].whole(), || self.unpack_rows());
+        let (shared, mut exchange) = both(|| self.found.rows[0].whole(), || self.unpack_rows());
         exchange.factors.shared = shared;
         exchange
     }
 
     /// The same without view factors between patches: no step asks for them.
     pub(crate) fn unpack_rows(self: &Arc<Self>) -> Exchange {
-        let own = Arc::clone(self);
+        let (own, found) = (Arc::clone(self), &self.found);
         Exchange {
             patches: Arc::clone(&self.patches),
             nodes: Arc::clone(&self.nodes),
@@ -179,15 +234,15 @@ impl PackedExchange {
             factors: Factors {
                 areas: self.patches.iter().map(|patch| patch.area).collect(),
                 shared: Sparse::default(),
-                space: self.space[0].clone(),
-                rays: self.rays,
-                correction: self.correction,
-                inside: self.inside.clone(),
+                space: found.space[0].clone(),
+                rays: found.rays,
+                correction: found.correction,
+                inside: found.inside.clone(),
             },
             infrared: self.areas(0),
             for_light: late(move || {
                 let open = |(place, word): (usize, &u32)| {
-                    with_open_parts(*word, own.open[place / 2] >> (4 * (place % 2)) & 15)
+                    with_open_parts(*word, own.found.open[place / 2] >> (4 * (place % 2)) & 15)
                 };
                 LightAreas { sunlight: own.areas(1), sky: own.directions.par_iter().enumerate().map(open).collect() }
             }),
@@ -198,8 +253,8 @@ impl PackedExchange {
 
     /// Exchange areas of infrared or of sunlight.
     fn areas(&self, kind: usize) -> Areas {
-        let (between, space) = (self.rows[1 + kind].whole(), self.space[1 + kind].clone());
-        Areas { between, space, returned: self.returned[kind] }
+        let PoseFinding { rows, space, returned, .. } = &*self.found;
+        Areas { between: rows[1 + kind].whole(), space: space[1 + kind].clone(), returned: returned[kind] }
     }
 
     /// The same exchange of patches that store another heat.
@@ -209,7 +264,11 @@ impl PackedExchange {
 
     /// Memory, without what every pose shares [B].
     pub(crate) fn bytes(&self) -> usize {
-        let space: usize = self.space.iter().map(Vec::len).sum();
-        self.rows.iter().map(HalfRows::bytes).sum::<usize>() + 8 * (space + self.inside.len()) + self.open.len()
+        let PoseFinding { rows, space, inside, open, .. } = &*self.found;
+        let space: usize = space.iter().map(Vec::len).sum();
+        rows.iter().map(HalfRows::bytes).sum::<usize>() + 8 * (space + inside.len()) + open.len()
     }
 }
+
+#[cfg(test)]
+mod tests;

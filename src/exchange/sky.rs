@@ -13,7 +13,7 @@ use crate::thermal::received::PlanetShares;
 
 const BUNDLE: usize = 4;
 /// Parts of a bundle in which its open share is counted: one to four rays divide them.
-const PARTS: u32 = 12;
+pub(super) const PARTS: u32 = 12;
 const BITS: u32 = 14;
 const GRID: u32 = (1 << BITS) - 1;
 

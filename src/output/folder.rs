@@ -19,6 +19,8 @@ use super::whole_file::check_folder;
 const PART: &str = "part-";
 /// The saved state of a run, beside the manifest.
 pub(crate) const STATE: &str = ".isotherm/state";
+/// The findings of a run's rays, beside its state.
+pub(crate) const CASTS: &str = ".isotherm/casts";
 
 /// The output folder of a command.
 #[derive(Debug)]
@@ -153,7 +155,7 @@ impl Folder {
         self.root.join(STATE)
     }
 
-    /// Notes that the command came to its end, and removes the saved state.
+    /// Notes that the command came to its end, and removes the saved state with the file beside it.
     ///
     /// # Errors
     /// The manifest cannot be written.
@@ -161,7 +163,11 @@ impl Folder {
         if let Some(manifest) = &self.manifest {
             manifest.finish()?;
         }
-        self.remove(&self.state())
+        self.remove_state()
+    }
+
+    fn remove_state(&self) -> Result<(), OutputError> {
+        [STATE, CASTS].iter().try_for_each(|name| self.remove(&self.file(name)))
     }
 
     /// Whether the folder holds nothing but an own folder without files of the user.
@@ -181,7 +187,7 @@ impl Folder {
             // This fails for a folder with files in it, which then stays.
             let _ = fs::remove_dir(folder);
         }
-        self.remove(&self.state())?;
+        self.remove_state()?;
         self.remove_parts()
     }
 

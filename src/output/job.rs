@@ -5,6 +5,7 @@ use std::sync::mpsc::sync_channel;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
+use super::casts_file::CastsOfRun;
 use super::eclipses::Eclipses;
 use super::folder::{Folder, STATE};
 use super::frame_maker::FrameMaker;
@@ -80,7 +81,8 @@ pub(crate) fn run_into(
     stop: &AtomicBool,
     progress: &(dyn Fn(Done) + Sync),
 ) -> Result<RunOutcome, JobError> {
-    let run = RunContext { prepared, folder, job, stop, progress, began: Instant::now() };
+    let casts = CastsOfRun::default();
+    let run = RunContext { prepared, folder, job, stop, progress, began: Instant::now(), casts: &casts };
     let makes = span("making the check");
     let mut check = job.check.map(|sample| Check::new(prepared, sample));
     drop(makes);

@@ -4,6 +4,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use super::OutputError;
+use super::casts_file::CastsOfRun;
 use super::folder::Folder;
 use super::report::{FrameEntry, PartBudget, PlotEntry, ReportPicture};
 use super::run_state::{RunIdentity, RunProgress};
@@ -114,6 +115,7 @@ pub(super) struct RunContext<'a> {
     pub(crate) stop: &'a AtomicBool,
     pub(crate) progress: &'a (dyn Fn(Done) + Sync),
     pub(crate) began: Instant,
+    pub(crate) casts: &'a CastsOfRun,
 }
 
 /// How often the state of a run is saved. In any case, the state is saved after the warm-up, after the last step and when the run is stopped.

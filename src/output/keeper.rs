@@ -54,6 +54,7 @@ impl Keep<JobError> for Keeper<'_> {
             STATE,
             &RunState { identity: self.run.job.identity.clone(), progress },
         )?;
+        self.run.casts.save(self.run.folder, self.run.prepared);
         self.saved = (done, Instant::now());
         Ok(())
     }

@@ -10,6 +10,7 @@ pub(crate) mod apparent;
 mod between;
 pub(crate) mod budgets;
 pub(crate) mod canvas;
+pub(crate) mod casts_file;
 mod cdr;
 pub(crate) mod clock;
 pub(crate) mod colour;

@@ -133,6 +133,7 @@ impl Consumer<JobError> for StepRecorder<'_, '_> {
             STATE,
             &RunState { identity: self.run.job.identity.clone(), progress },
         )?;
+        self.run.casts.save(self.run.folder, self.run.prepared);
         self.saved = Instant::now();
         Ok(())
     }

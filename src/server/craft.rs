@@ -54,7 +54,11 @@ impl ServedCraft {
     /// The device can not hold it, the state is of another craft, or the call was stopped.
     pub(crate) fn new(scene: &Scene, server: &Server, session: &Session) -> Result<Self, Refusal> {
         let turn = session.turn()?;
-        let simulation = session.until_ended(|| Simulation::from_scene(scene.clone(), &server.target))??;
+        let simulation = session.until_ended(|| {
+            let prepared = Simulation::prepare(scene.clone())?;
+            server.scenes.lend_casts(&prepared);
+            Simulation::new(prepared, &server.target)
+        })??;
         let step = simulation.prepared().scene.time.step;
         let mut craft = Self { simulation, start: server.state.clone(), step, last: None };
         if let Some(state) = &craft.start {

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::ServerError;
 use crate::scene::Scene;
+use crate::simulation::kept_casts::KeptCasts;
 use crate::simulation::prepare::Prepared;
 
 struct Named {
@@ -16,6 +17,8 @@ struct Named {
 #[derive(Default)]
 pub struct Scenes {
     all: Vec<Named>,
+    /// Findings for the crafts of scenes, from before any session.
+    casts: Vec<KeptCasts>,
 }
 
 impl Scenes {
@@ -41,6 +44,21 @@ impl Scenes {
         let prepared = Prepared::from_scene(scene.clone(), &mut |_| ())?;
         self.all.push(Named { names, path: path.to_path_buf(), scene });
         Ok(prepared)
+    }
+
+    /// Keeps the findings of a craft's rays for all sessions.
+    pub(crate) fn keep_casts(&mut self, prepared: &Prepared) {
+        self.casts.extend(prepared.exchange.iter().map(|craft| craft.kept_casts()));
+    }
+
+    /// Lets a craft have the findings that are kept for it.
+    pub(crate) fn lend_casts(&self, prepared: &Prepared) {
+        for (craft, casts) in
+            prepared.exchange.iter().flat_map(|craft| self.casts.iter().map(move |casts| (craft, casts)))
+        {
+            // Those of another scene do not fit.
+            let _ = craft.take_casts(casts);
+        }
     }
 
     fn named(&self, name: &str) -> Option<&Named> {

@@ -53,7 +53,7 @@ pub struct ExchangeCraft {
     step: f64,
     /// Angle after which the light of Sun and planet is found anew [rad].
     pub light_angle: f64,
-    in_use: ExchangesInUse,
+    pub(super) in_use: ExchangesInUse,
     rays: RaysOfCraft,
     shared: SharedRows,
     /// The craft with the same patches and other optics whose view factors serve this one too.
@@ -178,18 +178,26 @@ impl ExchangeCraft {
 
     fn cast_anew(&self, poses: &[DAffine3]) -> Exchange {
         let Self { surface, patches, settings, .. } = self;
-        let in_common = || {
+        let jointed = || {
             let _prepares = span("preparing the rays");
-            let rays = JointedRays::new(surface, patches, settings.rays)?;
-            Some((rays, SkyBundles::new(surface, patches, settings.rays)))
+            JointedRays::new(surface, patches, settings.rays)
         };
         // Without poses nothing ever moves.
-        match if poses.is_empty() { &None } else { self.rays.0.get_or_init(in_common) } {
-            Some((rays, bundles)) => {
-                Exchange::of_bundles(bundles, patches, &rays.cast(surface, patches, poses), settings)
+        match if poses.is_empty() { &None } else { self.rays.jointed.get_or_init(jointed) } {
+            Some(rays) => {
+                let ends = rays.cast(surface, patches, poses);
+                Exchange::of_bundles(self.bundles(), patches, &ends, settings)
             }
             None => Exchange::cast(surface, patches, &Scenery::new(surface, poses), settings),
         }
+    }
+
+    /// The bundles of rays that keep the sky in all poses.
+    pub(super) fn bundles(&self) -> &SkyBundles {
+        self.rays.bundles.get_or_init(|| {
+            let _prepares = span("preparing the rays");
+            SkyBundles::new(&self.surface, &self.patches, self.settings.rays)
+        })
     }
 
     /// Lets others use the rows that an engine uses now.
@@ -447,4 +455,4 @@ pub(crate) fn describe(craft: &ExchangeCraft, exchange: &Exchange) -> Vec<(Strin
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -40,7 +40,7 @@ struct Place {
     share: f64,
 }
 
-/// A pose with its finding. After a restart a finding is made anew when it is needed.
+/// A pose with its finding. After a restart the finding is asked for again when it is needed.
 #[derive(Debug, Clone)]
 struct KnownPose<P> {
     number: u64,

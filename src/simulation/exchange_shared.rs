@@ -1,10 +1,15 @@
 //! What the engines of a craft and the checks beside them share of radiation between surfaces: rays, the exchange of a pose, and rows between two poses.
 
-use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 
 use glam::DAffine3;
 
+<<<<<<< HEAD
 use super::exchange_poses::{FindingPair, RowsBetween};
+=======
+use super::exchange_poses::{Held, MEMORY, MOST, RowsBetween};
+>>>>>>> 06acaf9a (Cast rays are kept beside a saved state: --from-state, --resume, view and serve cast nothing twice; a craft holds its last findings)
 use crate::exchange::bundles::SkyBundles;
 use crate::exchange::jointed_rays::JointedRays;
 use crate::exchange::packed::PackedExchange;
@@ -16,9 +21,19 @@ const LARGE: usize = 1 << 19;
 /// Findings between two times.
 const FINDINGS: usize = 4;
 
-/// Poses of the joints, each with its exchange as long as anybody uses it. A copy begins with none, because the patches of a copied craft may be changed.
+/// Poses of the joints, each with its exchange as long as anybody uses it, and the last ones for longer. A copy begins with none, because the patches of a copied craft may
+/// be changed.
 #[derive(Debug, Default)]
-pub(super) struct ExchangesInUse(Mutex<Vec<(Vec<DAffine3>, Weak<PackedExchange>)>>);
+pub(super) struct ExchangesInUse(Mutex<KnownExchanges>);
+
+#[derive(Debug, Default)]
+struct KnownExchanges {
+    all: Vec<(Vec<DAffine3>, Weak<PackedExchange>)>,
+    /// The last ones, the latest at the end. So a restored state and a second engine find them again.
+    held: VecDeque<Arc<PackedExchange>>,
+    /// Exchanges that were ever added.
+    added: u64,
+}
 
 impl Clone for ExchangesInUse {
     fn clone(&self) -> Self {
@@ -26,9 +41,13 @@ impl Clone for ExchangesInUse {
     }
 }
 
-/// What the rays of a craft with joints have in common in all poses. A copy begins without.
+/// What the rays of a craft have in common in all poses. A copy begins without.
 #[derive(Debug, Default)]
-pub(super) struct RaysOfCraft(pub(super) OnceLock<Option<(JointedRays, SkyBundles)>>);
+pub(super) struct RaysOfCraft {
+    /// `None` where one tree around the whole craft serves.
+    pub(super) jointed: OnceLock<Option<JointedRays>>,
+    pub(super) bundles: OnceLock<SkyBundles>,
+}
 
 impl Clone for RaysOfCraft {
     fn clone(&self) -> Self {
@@ -47,21 +66,72 @@ impl Clone for SharedRows {
 }
 
 impl ExchangesInUse {
-    /// The exchange for poses, which is made where nobody uses it.
+    fn known(&self) -> MutexGuard<'_, KnownExchanges> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The exchange for poses, which is made where nobody has it.
     pub(super) fn get_or_make(&self, poses: &[DAffine3], make: impl FnOnce() -> PackedExchange) -> Arc<PackedExchange> {
-        let known = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let in_use = known().iter().find(|(own, _)| own == poses).and_then(|(_, exchange)| exchange.upgrade());
-        in_use.unwrap_or_else(|| {
+        let known = self.known().get(poses);
+        known.unwrap_or_else(|| {
             let exchange = Arc::new(make());
-            let mut known = known();
-            known.retain(|(_, exchange)| exchange.strong_count() > 0);
-            // Finding takes many times the memory of what is found.
-            if exchange.bytes() > LARGE && known.len().is_multiple_of(FINDINGS) {
-                give_back_freed_memory();
-            }
-            known.push((poses.to_vec(), Arc::downgrade(&exchange)));
+            self.known().add(poses, &exchange);
             exchange
         })
+    }
+
+    /// Adds the exchange of poses, unless it is known.
+    pub(super) fn add(&self, poses: &[DAffine3], exchange: PackedExchange) {
+        let mut known = self.known();
+        if known.get(poses).is_none() {
+            known.add(poses, &Arc::new(exchange));
+        }
+    }
+
+    /// The latest poses whose exchanges fit the memory, with these, in the order in which they were added.
+    pub(super) fn latest(&self) -> Vec<(Vec<DAffine3>, Arc<PackedExchange>)> {
+        let known = self.known();
+        let alive = known.all.iter().rev().filter_map(|(poses, exchange)| Some((poses.clone(), exchange.upgrade()?)));
+        let mut bytes = 0;
+        let fits = |(_, exchange): &(_, Arc<PackedExchange>)| {
+            bytes += exchange.bytes();
+            bytes <= MEMORY
+        };
+        let mut latest: Vec<_> = alive.take(MOST).take_while(fits).collect();
+        latest.reverse();
+        latest
+    }
+
+    /// Exchanges that were ever added.
+    pub(super) fn added(&self) -> u64 {
+        self.known().added
+    }
+}
+
+impl KnownExchanges {
+    fn get(&self, poses: &[DAffine3]) -> Option<Arc<PackedExchange>> {
+        self.all.iter().find(|(own, _)| own == poses).and_then(|(_, exchange)| exchange.upgrade())
+    }
+
+    fn add(&mut self, poses: &[DAffine3], exchange: &Arc<PackedExchange>) {
+        self.all.retain(|(_, exchange)| exchange.strong_count() > 0);
+        // Finding takes many times the memory of what is found.
+        if exchange.bytes() > LARGE && self.all.len().is_multiple_of(FINDINGS) {
+            give_back_freed_memory();
+        }
+        self.all.push((poses.to_vec(), Arc::downgrade(exchange)));
+        self.held.push_back(Arc::clone(exchange));
+        self.added += 1;
+        while self.held.len() > MOST || self.bytes() > MEMORY {
+            if self.held.pop_front().is_none() {
+                return;
+            }
+        }
+    }
+
+    /// Memory of all that is held here or in use [B].
+    fn bytes(&self) -> usize {
+        self.all.iter().filter_map(|(_, exchange)| exchange.upgrade()).map(|exchange| exchange.bytes()).sum()
     }
 }
 

@@ -92,7 +92,15 @@ impl Simulation {
     ///
     /// # Errors
     /// As for [`Simulation::load`].
-    pub fn from_scene(mut scene: Scene, target: &Target) -> Result<Self, SimulationError> {
+    pub fn from_scene(scene: Scene, target: &Target) -> Result<Self, SimulationError> {
+        Self::new(Self::prepare(scene)?, target)
+    }
+
+    /// Prepares a scene for [`Simulation::new`].
+    ///
+    /// # Errors
+    /// As for [`Simulation::load`].
+    pub(crate) fn prepare(mut scene: Scene) -> Result<Prepared, SimulationError> {
         if scene.time.draw.is_between_steps() {
             // Images are of the time to which the caller steps.
             scene.time.draw = Draw::Every(1);
@@ -104,7 +112,7 @@ impl Simulation {
                     .to_owned(),
             );
         }
-        Self::new(prepared, target)
+        Ok(prepared)
     }
 
     /// Takes the albedo from fields that other simulations share.

@@ -41,6 +41,7 @@ mod idle;
 mod image;
 mod inputs;
 mod joints;
+mod kept_casts;
 mod kills;
 mod labels;
 mod lens;

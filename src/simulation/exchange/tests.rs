@@ -22,7 +22,7 @@ const STEP: f64 = 10.0;
 const RATE: f64 = 0.2 * PI / 180.0;
 const ANGLES: [f64; 2] = [PI / 6.0, 5.0 * PI / 6.0];
 
-fn black() -> Material {
+pub(in crate::simulation) fn black() -> Material {
     Material {
         name: "black".into(),
         front: Optics { absorptivity: 1.0, emissivity: 1.0 },
@@ -38,7 +38,7 @@ fn black() -> Material {
 }
 
 /// Two black plates with a common edge along y, the second one upright. It turns about y.
-fn craft(settings: ExchangeSettings) -> Arc<ExchangeCraft> {
+pub(in crate::simulation) fn craft(settings: ExchangeSettings) -> Arc<ExchangeCraft> {
     let mut surface = PatchSurface::default();
     for (joint, normal) in [(0u32, DVec3::Z), (1, DVec3::X)] {
         let first = surface.positions.len() as u32;
@@ -269,7 +269,7 @@ fn the_stated_uncertainty_is_near_the_error() {
 }
 
 #[test]
-fn the_exchange_of_a_pose_is_found_once_while_it_is_in_use() {
+fn the_exchange_of_a_pose_is_found_once_while_it_is_in_use_or_among_the_last() {
     let craft = craft(ExchangeSettings { rays: 64, patch_edge: Some(0.7), ..ExchangeSettings::default() });
     let turned = |angle: f64| [DAffine3::IDENTITY, DAffine3::from_rotation_x(angle)];
     let (first, again) = (craft.find(&turned(0.1)), craft.find(&turned(0.1)));
@@ -279,7 +279,9 @@ fn the_exchange_of_a_pose_is_found_once_while_it_is_in_use() {
     assert!(!Arc::ptr_eq(&first, &(*craft).clone().find(&turned(0.1))));
     let unused = Arc::downgrade(&first);
     drop((first, again));
-    assert!(unused.upgrade().is_none(), "nobody uses it any more");
+    assert!(unused.upgrade().is_some_and(|first| Arc::ptr_eq(&first, &craft.find(&turned(0.1)))), "it is held");
+    (0..64).for_each(|more| drop(craft.find(&turned(0.3 + 0.01 * f64::from(more)))));
+    assert!(unused.upgrade().is_none(), "it made room");
 }
 
 #[test]
