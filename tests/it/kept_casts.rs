@@ -28,10 +28,15 @@ fn traced(folder: &Folder, arguments: &[&str]) -> (Ran, usize) {
 
 /// How many times reflections of a pose were found in the last run.
 fn casts(folder: &Folder) -> usize {
+    count(folder, "finding reflections")
+}
+
+/// How many times a work was done in the last run.
+fn count(folder: &Folder, work: &str) -> usize {
     let trace = std::fs::read(folder.path("trace.json")).expect("a timeline");
     let trace: Value = serde_json::from_slice(&trace).expect("JSON");
     let events = trace["traceEvents"].as_array().expect("events").iter();
-    events.filter(|event| event["ph"] == "X" && event["name"] == "finding reflections").count()
+    events.filter(|event| event["ph"] == "X" && event["name"] == work).count()
 }
 
 fn assert_same(folder: &Folder, one: &str, other: &str) {
@@ -47,13 +52,17 @@ fn runs_from_a_state(device: &[&str]) {
     let (_, first) = traced(&folder, &[&save, device].concat());
     assert!(first >= 4, "{first} poses");
     let from = |out: &str, scene: &str| {
-        let (ran, casts) = traced(&folder, &[&[scene, "-o", out, "--from-state", STATE], device].concat());
+        let (ran, casts) =
+            traced(&folder, &[&[scene, "-o", out, "--from-state", STATE, "--save-every", "1steps"], device].concat());
         (ran.err, casts)
     };
     let (said, again) = from("two", "scene.toml");
     assert_eq!(again, 0, "{said}");
     assert!(said.contains(&format!("note: rays of {first} poses are in {CASTS}: {NOTE}")), "{said}");
     assert_same(&folder, "one", "two");
+    // The run's own file is written once, as nothing was found since.
+    let [states, files] = ["saving the state", "saving the cast rays"].map(|work| count(&folder, work));
+    assert!(states > 10 && files == 1, "{files} files beside {states} states");
 
     // Without the file, and with a byte of another value, rays are cast anew.
     let whole = std::fs::read(folder.path(CASTS)).expect("a file beside the state");
