@@ -5,11 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 
 use glam::DAffine3;
 
-<<<<<<< HEAD
-use super::exchange_poses::{FindingPair, RowsBetween};
-=======
-use super::exchange_poses::{Held, MEMORY, MOST, RowsBetween};
->>>>>>> 06acaf9a (Cast rays are kept beside a saved state: --from-state, --resume, view and serve cast nothing twice; a craft holds its last findings)
+use super::exchange_poses::{FindingPair, MEMORY, MOST, RowsBetween};
 use crate::exchange::bundles::SkyBundles;
 use crate::exchange::jointed_rays::JointedRays;
 use crate::exchange::packed::PackedExchange;
