@@ -44,7 +44,7 @@ layout(set = 0, binding = 7) readonly buffer ExchangePosesBlock { vec4 poses[]; 
 layout(set = 0, binding = 8) buffer ExchangeReflectedBlock { vec4 reflected[]; };
 #ifdef SUN
 #ifndef BY_RAYS
-// Rows of the patches in the first finding, then in the second.
+// Rows of the patches in slot 0, then in slot 1.
 layout(set = 0, binding = 13) readonly buffer ExchangeRowsBlock { ExchangeRow rows[]; };
 #endif
 #endif
@@ -119,8 +119,8 @@ void main() {
     sunlight += solar_flux(normal);
 #endif
 #ifndef BY_RAYS
-    float exposed = pass.share < 1.0 ? (1.0 - pass.share) * rows[own].exposed : 0.0;
-    exposed += pass.share > 0.0 ? pass.share * rows[pass.patches + own].exposed : 0.0;
+    float exposed = pass.share < 1.0 ? (1.0 - pass.share) * rows[pass.slot * pass.patches + own].exposed : 0.0;
+    exposed += pass.share > 0.0 ? pass.share * rows[(1u - pass.slot) * pass.patches + own].exposed : 0.0;
     sunlight *= exposed;
 #endif
 #endif

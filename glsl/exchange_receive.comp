@@ -21,7 +21,7 @@ layout(set = 0, binding = 3) buffer ExchangeReceivedBlock { vec2 received[]; };
 layout(set = 0, binding = 4) readonly buffer ExchangeSunlightBlock { float sunlight[]; };
 #endif
 #endif
-// Rows of the patches in the first finding, then in the second.
+// Rows of the patches in slot 0, then in slot 1.
 layout(set = 0, binding = 5) readonly buffer ExchangeRowsBlock { ExchangeRow rows[]; };
 
 float from_patch(uint own) {
@@ -64,12 +64,12 @@ void main() {
     float all = 0.0;
     float exposed = 0.0;
     if (pass.share < 1.0) {
-        ExchangeRow row = rows[own];
+        ExchangeRow row = rows[pass.slot * pass.patches + own];
         all += (1.0 - pass.share) * arrives_by(row, own);
         exposed += (1.0 - pass.share) * row.exposed;
     }
     if (pass.share > 0.0) {
-        ExchangeRow row = rows[pass.patches + own];
+        ExchangeRow row = rows[(1u - pass.slot) * pass.patches + own];
         all += pass.share * arrives_by(row, own);
         exposed += pass.share * row.exposed;
     }

@@ -8,7 +8,7 @@ layout(local_size_x = 64) in;
 
 layout(push_constant) uniform PassBlock { ExchangePass pass; };
 layout(set = 0, binding = 0) uniform StepBlock { Step steps[1]; };
-// Directions of four bundles, and the open ones of their 12 parts, of the first finding, then of the second. What is missing in the last four of a patch does not count.
+// Directions of four bundles, and the open ones of their 12 parts, in slot 0, then in slot 1. What is missing in the last four of a patch does not count.
 layout(set = 0, binding = 1) readonly buffer ExchangeSkyBlock { uvec4 sky[]; };
 layout(set = 0, binding = 2) buffer ExchangeSeenBlock { vec2 seen[]; };
 layout(set = 0, binding = 3) readonly buffer ExchangePatchesBlock { ExchangePatch patches[]; };
@@ -33,13 +33,13 @@ const float HALF = 0.5001;
 // Four bundles of a patch between both findings, which have the same directions. Twin: `mean_sky` of src/exchange/sky.rs.
 uvec4 bundles(uint place, uint behind) {
     if (pass.share == 0.0) {
-        return sky[place];
+        return sky[pass.slot * behind + place];
     }
-    uvec4 second = sky[behind + place];
+    uvec4 second = sky[(1u - pass.slot) * behind + place];
     if (pass.share == 1.0) {
         return second;
     }
-    uvec4 first = sky[place];
+    uvec4 first = sky[pass.slot * behind + place];
     vec4 parts = vec4(first >> uvec4(28u));
     uvec4 open = uvec4(floor(parts + pass.share * (vec4(second >> uvec4(28u)) - parts) + HALF));
     return (open << uvec4(28u)) | (first & uvec4(0x0fffffffu));

@@ -177,6 +177,7 @@ struct ExchangePass {
     float lead;
     uint patches;
     float share;
+    uint slot;
 };
 
 struct HeatPass {

@@ -96,7 +96,7 @@ impl DeviceExchange {
         let place = |number: u64| self.findings.iter().position(|own| *own == Some(number));
         let first = place(from.0).unwrap_or_else(|| place(to.0).map_or(0, |place| 1 - place));
         let second = if from.0 == to.0 { first } else { 1 - first };
-        self.tables.share = if first == 0 { *share } else { 1.0 - share };
+        (self.tables.slot, self.tables.share) = (first, *share);
         let mut new = [false; 2];
         for (slot, (number, exchange)) in [(first, from), (second, to)] {
             if self.findings[slot] != Some(*number) {
@@ -111,7 +111,7 @@ impl DeviceExchange {
     /// The facts of the exchange, and of the rays that followed joints, in words.
     pub(crate) fn description(&self) -> Vec<(String, String)> {
         let of_tables = |tables: &ExchangeTables| {
-            let finding = &tables.findings[usize::from(tables.share > 0.5)];
+            let finding = &tables.findings[tables.slot];
             let per_patch = 4.0 * finding.entries.len() as f64 / tables.order.len().max(1) as f64;
             let (share, buried) = finding.inside;
             [

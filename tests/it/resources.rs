@@ -14,7 +14,8 @@ use crate::shaders::{CURVES, reflect, thermal_variants};
 
 /// The passes of radiation between surfaces.
 pub fn exchange(patches: u32, light: ThermalVariant, anew: bool, mirrors: bool) -> Frame {
-    let exchanged = Exchanged { patches, bundles: 1, light, anew, mirrors, held: 60.0, lead: 0.5, share: 0.25 };
+    let exchanged =
+        Exchanged { patches, bundles: 1, light, anew, mirrors, held: 60.0, lead: 0.5, share: 0.25, slot: 1 };
     compose(&Recipe { exchange: Some(exchanged), ..Recipe::default() })
 }
 

@@ -122,12 +122,14 @@ pub struct Exchanged {
     pub lead: f32,
     /// Share of the second finding.
     pub share: f32,
+    /// Slot of the first finding.
+    pub slot: u32,
 }
 
 /// The passes before the thermal step.
 pub(crate) fn passes(frame: &mut Frame, exchanged: &Exchanged) {
-    let Exchanged { patches, bundles, light, anew, mirrors, held, lead, share } = *exchanged;
-    let constants = ExchangePass { first: 0, end: patches, rays: bundles, held, lead, patches, share };
+    let Exchanged { patches, bundles, light, anew, mirrors, held, lead, share, slot } = *exchanged;
+    let constants = ExchangePass { first: 0, end: patches, rays: bundles, held, lead, patches, share, slot };
     let pass = |entry: &'static str, words: &[(bool, &'static str)]| {
         let shader = Shader::with(entry, words);
         Pass::dispatch(shader.name(), shader, patches.div_ceil(WORKGROUP)).told(&constants)

@@ -61,9 +61,11 @@ shared! {
         pub held: f32,
         /// Part of the change since light was found before by which its light goes on.
         pub lead: f32,
-        /// Number of patches: rows and skies of the second finding stand so many behind the first.
+        /// Number of patches: rows and skies of slot 1 stand so many behind slot 0.
         pub patches: u32,
         /// Share of the second finding.
         pub share: f32,
+        /// Slot of the first finding.
+        pub slot: u32,
     }
 }

@@ -19,7 +19,7 @@ impl Renderer {
         }
         let Some(own) = &mut self.scene.exchange else { return Ok(()) };
         own.renewal.new_rows();
-        own.share = tables.share as f32;
+        own.share = tables.share();
         for slot in [0, 1].into_iter().filter(|slot| new[*slot]) {
             let FindingTables { rows, entries, sky, .. } = &tables.findings[slot];
             if entries.len() > own.room {

@@ -66,24 +66,25 @@ fn steps_follow_their_twin_with_every_response() {
     assert_silent(&context);
 }
 
+/// Temperatures after these steps of 60 s.
+fn advance(prepared: &Prepared, engine: &mut DeviceEngine, steps: std::ops::Range<u32>) -> Vec<f32> {
+    for number in steps {
+        let (start, length) = (60.0 * f64::from(number), 60.0);
+        let load = prepared.loads.step_load(start, start + length);
+        engine.submit(Some(EngineStep { load: &load, steps: 1.0, start, length }), Order::default()).expect("a step");
+        engine.deliver().expect("a step");
+    }
+    engine.submit(None, Order { temperatures: true, ..Order::default() }).expect("a state");
+    engine.deliver().expect("a state").temperatures.expect("temperatures")
+}
+
 /// Infrared that is held over the time of a saved state goes on to hold.
 #[test]
 fn a_saved_state_goes_on_while_infrared_is_held() {
     let context = context();
     let prepared = prepared(&[("redraw_angle_deg = 0\n", "redraw_angle_deg = 90\nhold = 3600\n")]);
     let engine = || DeviceEngine::new(&context, &prepared, None).expect("a small scene");
-    let advance = |engine: &mut DeviceEngine, steps: std::ops::Range<u32>| -> Vec<f32> {
-        for number in steps {
-            let (start, length) = (60.0 * f64::from(number), 60.0);
-            let load = prepared.loads.step_load(start, start + length);
-            engine
-                .submit(Some(EngineStep { load: &load, steps: 1.0, start, length }), Order::default())
-                .expect("a step");
-            engine.deliver().expect("a step");
-        }
-        engine.submit(None, Order { temperatures: true, ..Order::default() }).expect("a state");
-        engine.deliver().expect("a state").temperatures.expect("temperatures")
-    };
+    let advance = |engine: &mut DeviceEngine, steps| advance(&prepared, engine, steps);
     let mut whole = engine();
     whole.settle_at(300.0, prepared.nodes.vertex_of_node.len()).expect("a start");
     advance(&mut whole, 0..3);
@@ -316,6 +317,27 @@ fn rays_are_cast_anew_as_a_joint_turns() {
     let worst = apart(&context, &prepared);
     println!("with a joint: {:.1e} K", worst.difference);
     worst.within(0.05, "K", "a craft with a joint");
+    assert_silent(&context);
+}
+
+/// A state that is saved while a joint turns goes on with the same bits, whichever of the two places on the device its findings had.
+#[test]
+fn a_saved_state_goes_on_while_a_joint_turns() {
+    let context = context();
+    let joint = "[[joint]]\npart = \"wing_port\"\naxis = \"+Y\"\norigin = [0, 0, 0]\nmode = \"schedule\"\nschedule = { time = [0, 720], angle_deg = [0, 60] }\n[radiance]";
+    let with = EXCHANGE.replace("redraw_angle_deg = 0\n[radiance]", "redraw_angle_deg = 10\n") + joint;
+    let prepared = Folder::new(&scene_with(&[("[radiance]", &with)])).prepared();
+    let engine = || DeviceEngine::new(&context, &prepared, None).expect("a small scene");
+    for saved_at in 3..8 {
+        let mut whole = engine();
+        whole.settle_at(300.0, prepared.nodes.vertex_of_node.len()).expect("a start");
+        advance(&prepared, &mut whole, 0..saved_at);
+        let saved = whole.save().expect("a state");
+        let mut resumed = engine();
+        resumed.restore(&saved, 100).expect("its own state");
+        let [one, other] = [&mut whole, &mut resumed].map(|engine| advance(&prepared, engine, saved_at..11));
+        assert!(one == other, "saved after step {saved_at}");
+    }
     assert_silent(&context);
 }
 

@@ -18,8 +18,8 @@ pub(crate) struct Exchanging {
     pub(crate) order: Vec<u32>,
     pub(crate) room: usize,
     pub(crate) renewal: Renewal,
-    /// Share of the second finding.
-    pub(crate) share: f32,
+    /// Share of the second finding, and the slot of the first.
+    pub(crate) share: (f32, u32),
     /// Whether all must be found anew, whatever the angle and the time.
     pub(crate) fresh: bool,
     /// Rows of the poses that the next frame needs.
@@ -40,7 +40,7 @@ impl Exchanging {
             order: tables.order.clone(),
             room: tables.room,
             renewal: renewal.clone(),
-            share: tables.share as f32,
+            share: tables.share(),
             fresh: true,
             poses: Vec::new(),
             mirrors: mirrors.cloned(),
@@ -74,7 +74,8 @@ impl Exchanging {
             mirrors: self.mirrors.is_some(),
             held: self.renewal.held as f32,
             lead: self.renewal.last.lead as f32,
-            share: self.share,
+            share: self.share.0,
+            slot: self.share.1,
         }
     }
 

@@ -39,9 +39,11 @@ pub struct ExchangeTables {
     pub(crate) joints: usize,
     /// Room for the fours of entries of a finding, of which a craft with joints may need more later.
     pub(crate) room: usize,
-    /// The findings between which a craft with joints is. One without has the first alone.
+    /// Slots for the findings between which a craft with joints is. One without has the first alone.
     pub(crate) findings: [FindingTables; 2],
-    /// Share of the second finding.
+    /// Slot of the first finding of the pair.
+    pub(crate) slot: usize,
+    /// Share of the second one.
     pub(crate) share: f64,
 }
 
@@ -88,6 +90,7 @@ impl ExchangeTables {
             room: if moves { room } else { finding.entries.len() },
             findings: [finding, FindingTables::default()],
             order,
+            slot: 0,
             share: 0.0,
         }
     }
@@ -102,10 +105,15 @@ impl ExchangeTables {
         self.findings[slot] = FindingTables::new(exchange, &self.order, (slot * self.room) as u32);
     }
 
+    /// Share of the second finding, and the slot of the first.
+    pub(crate) fn share(&self) -> (f32, u32) {
+        (self.share as f32, self.slot as u32)
+    }
+
     /// Mean of a value of each patch in both findings.
     pub(crate) fn mean(&self, of: fn(&FindingTables) -> &Vec<f32>) -> Vec<f32> {
         let share = self.share as f32;
-        match self.findings.each_ref().map(of) {
+        match [self.slot, 1 - self.slot].map(|slot| of(&self.findings[slot])) {
             [first, _] if share == 0.0 => first.clone(),
             [_, second] if share == 1.0 => second.clone(),
             [first, second] => first.iter().zip(second).map(|(a, b)| a + share * (b - a)).collect(),
