@@ -10,8 +10,8 @@ use super::factors::Factors;
 
 /// Patches of a group.
 const GROUP: usize = 8;
-/// Most groups: their matrix is inverted.
-const MOST: usize = 1024;
+/// Most groups: their matrix is inverted, in a fraction of a second. Craft of many small sides have more.
+const MOST: usize = 512;
 
 /// Light that groups of patches send to each other with all reflections.
 #[derive(Debug)]
@@ -25,9 +25,12 @@ pub(super) struct LateLight {
 }
 
 impl LateLight {
-    /// The groups of patches on these sides of the craft, with these absorptivities. `None` where light goes on for ever.
+    /// The groups of patches on these sides of the craft, with these absorptivities. `None` where there are too many, or light goes on for ever.
     pub(super) fn new(factors: &Factors, sides: &[u32], absorptivities: &[f64]) -> Option<Self> {
         let first = groups(sides, absorptivities);
+        if first.len() > MOST + 1 {
+            return None;
+        }
         let group_of: Vec<usize> = first.windows(2).enumerate().flat_map(|(g, run)| vec![g; run[1] - run[0]]).collect();
         let count = first.len() - 1;
         let of_group = |values: &dyn Fn(usize) -> f64| -> Vec<f64> {
