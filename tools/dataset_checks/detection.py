@@ -22,7 +22,8 @@ def check(root: Path, most: int) -> None:
         need(all(picture.exists() for picture in pictures), f"a picture of {name} is not there")
         for place in np.linspace(0, len(pictures) - 1, min(most, len(pictures))):
             picture = pictures[int(place)]
-            image = Image(root, split, int(picture.parts[-3]), int(picture.stem))
+            # Another split stands in for one without orbits.
+            image = Image(root, picture.relative_to(root).parts[0], int(picture.parts[-3]), int(picture.stem))
             parts = read_png(image.path("part", "png")) > 0
             label, kitti = picture.with_suffix(".txt").read_text().split(), image.path("kitti", "txt").read_text().split()
             counted += 1
