@@ -324,8 +324,8 @@ fn rays_are_cast_anew_as_a_joint_turns() {
 #[test]
 fn a_saved_state_goes_on_while_a_joint_turns() {
     let context = context();
-    let joint = "[[joint]]\npart = \"wing_port\"\naxis = \"+Y\"\norigin = [0, 0, 0]\nmode = \"schedule\"\nschedule = { time = [0, 720], angle_deg = [0, 60] }\n[radiance]";
-    let with = EXCHANGE.replace("redraw_angle_deg = 0\n[radiance]", "redraw_angle_deg = 10\n") + joint;
+    let joint = "[[joint]]\npart = \"wing_port\"\naxis = \"+Y\"\norigin = [0, 0, 0]\nmode = \"schedule\"\nschedule = { time = [0, 720], angle_deg = [0, 47] }\n[radiance]";
+    let with = EXCHANGE.replace("redraw_angle_deg = 0\n[radiance]", "redraw_angle_deg = 13\n") + joint;
     let prepared = Folder::new(&scene_with(&[("[radiance]", &with)])).prepared();
     let engine = || DeviceEngine::new(&context, &prepared, None).expect("a small scene");
     for saved_at in 3..8 {
@@ -335,8 +335,13 @@ fn a_saved_state_goes_on_while_a_joint_turns() {
         let saved = whole.save().expect("a state");
         let mut resumed = engine();
         resumed.restore(&saved, 100).expect("its own state");
-        let [one, other] = [&mut whole, &mut resumed].map(|engine| advance(&prepared, engine, saved_at..11));
-        assert!(one == other, "saved after step {saved_at}");
+        for step in saved_at..11 {
+            let [one, other] = [&mut whole, &mut resumed].map(|engine| {
+                let temperatures = advance(&prepared, engine, step..step + 1);
+                (temperatures, engine.renderer.received().expect("what patches received"))
+            });
+            assert!(one == other, "saved after step {saved_at}, step {step}");
+        }
     }
     assert_silent(&context);
 }
