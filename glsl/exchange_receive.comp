@@ -75,17 +75,13 @@ void main() {
     }
 #ifdef REFLECTED
     float absorbed = here.absorptivity * all * here.per_area;
-#endif
-#ifndef REFLECTED
-    float absorbed = here.emissivity * all * here.per_area;
-#endif
-#ifdef REFLECTED
 #ifdef MIRRORS
     absorbed += sunlight[own];
 #endif
     sunlight[own] = absorbed;
 #endif
 #ifndef REFLECTED
+    float absorbed = here.emissivity * all * here.per_area;
 #ifdef SUN
     absorbed += sunlight[own];
 #endif

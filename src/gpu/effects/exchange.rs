@@ -80,7 +80,7 @@ resources! {
 
 /// Elements of all findings, each of which has this number.
 fn of_findings(exchange: &ExchangeData<'_>, count: usize) -> usize {
-    exchange.tables.slots() * count
+    exchange.tables.slots * count
 }
 
 fn first_finding<'a>(data: &SceneData<'a>) -> Option<&'a FindingTables> {

@@ -307,13 +307,21 @@ fn without_exchange_there_is_no_buffer_and_no_pass() {
     assert!(names(&prepared(&[])).1.contains("ExchangeOnNodes"), "with exchange the thermal step reads it");
 }
 
+/// The craft with a wing that turns by an angle [deg] in 720 s, and rays for poses so far apart [deg].
+fn turning_wing(apart: u32, angle: u32) -> Prepared {
+    let joint = format!(
+        "redraw_angle_deg = {apart}\n[[joint]]\npart = \"wing_port\"\naxis = \"+Y\"\norigin = [0, 0, 0]\nmode = \"schedule\"\n\
+         schedule = {{ time = [0, 720], angle_deg = [0, {angle}] }}\n[radiance]"
+    );
+    Folder::new(&scene_with(&[("[radiance]", &EXCHANGE.replace("redraw_angle_deg = 0\n[radiance]", &joint))]))
+        .prepared()
+}
+
 /// A wing that turns: rays are cast anew, and both engines agree.
 #[test]
 fn rays_are_cast_anew_as_a_joint_turns() {
     let context = context();
-    let joint = "[[joint]]\npart = \"wing_port\"\naxis = \"+Y\"\norigin = [0, 0, 0]\nmode = \"schedule\"\nschedule = { time = [0, 720], angle_deg = [0, 60] }\n[radiance]";
-    let with = EXCHANGE.replace("redraw_angle_deg = 0\n[radiance]", "redraw_angle_deg = 10\n") + joint;
-    let prepared = Folder::new(&scene_with(&[("[radiance]", &with)])).prepared();
+    let prepared = turning_wing(10, 60);
     let worst = apart(&context, &prepared);
     println!("with a joint: {:.1e} K", worst.difference);
     worst.within(0.05, "K", "a craft with a joint");
@@ -324,9 +332,7 @@ fn rays_are_cast_anew_as_a_joint_turns() {
 #[test]
 fn a_saved_state_goes_on_while_a_joint_turns() {
     let context = context();
-    let joint = "[[joint]]\npart = \"wing_port\"\naxis = \"+Y\"\norigin = [0, 0, 0]\nmode = \"schedule\"\nschedule = { time = [0, 720], angle_deg = [0, 47] }\n[radiance]";
-    let with = EXCHANGE.replace("redraw_angle_deg = 0\n[radiance]", "redraw_angle_deg = 13\n") + joint;
-    let prepared = Folder::new(&scene_with(&[("[radiance]", &with)])).prepared();
+    let prepared = turning_wing(13, 47);
     let engine = || DeviceEngine::new(&context, &prepared, None).expect("a small scene");
     for saved_at in 3..8 {
         let mut whole = engine();

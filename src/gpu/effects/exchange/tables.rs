@@ -39,6 +39,8 @@ pub struct ExchangeTables {
     pub(crate) joints: usize,
     /// Room for the fours of entries of a finding, of which a craft with joints may need more later.
     pub(crate) room: usize,
+    /// Findings for which there is room: one for a craft without joints.
+    pub(crate) slots: usize,
     /// Slots for the findings between which a craft with joints is. One without has the first alone.
     pub(crate) findings: [FindingTables; 2],
     /// Slot of the first finding of the pair.
@@ -88,16 +90,12 @@ impl ExchangeTables {
             bundles: exchange.bundles() as u32,
             joints: exchange.patches.iter().map(|patch| patch.joint as usize + 1).max().unwrap_or(1),
             room: if moves { room } else { finding.entries.len() },
+            slots: if moves { 2 } else { 1 },
             findings: [finding, FindingTables::default()],
             order,
             slot: 0,
             share: 0.0,
         }
-    }
-
-    /// Findings for which there is room: one for a craft without joints.
-    pub(crate) fn slots(&self) -> usize {
-        if self.room == self.findings[0].entries.len() { 1 } else { 2 }
     }
 
     /// Takes the exchange of the same patches for other poses as one of both findings.
