@@ -53,6 +53,11 @@ pub(crate) fn significant(value: f64) -> String {
     format!("{value:.6e}").parse::<f64>().unwrap_or(value).to_string()
 }
 
+/// A time of a step [s] as files hold it, to a nanosecond: the product of a number and a length has rounding in its last digits, 3842.0699999999997.
+pub(crate) fn time_of_step(time: f64) -> String {
+    format!("{time:.9}").parse::<f64>().unwrap_or(time).to_string()
+}
+
 /// The text with 0.00 in place of -0.00, which a sum of nothing and a rounded number show. A name is left alone unless such a number stands in it by itself.
 pub(crate) fn unsigned_zeros(text: &str) -> Cow<'_, str> {
     const SIGNED: &str = "-0.0";
@@ -88,6 +93,17 @@ fn shown(text: &str, hidden: impl Fn(char) -> bool) -> Cow<'_, str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn times_of_steps_show_no_rounding_of_their_product() {
+        assert_ne!((15.43 * 249.0).to_string(), "3842.07");
+        assert_eq!(time_of_step(15.43 * 249.0), "3842.07");
+        assert_eq!(time_of_step(0.1 * 3.0), "0.3");
+        assert_eq!(
+            [0.0, 1e-9, 1234567.125, 1e300].map(time_of_step),
+            ["0", "0.000000001", "1234567.125", &1e300f64.to_string()]
+        );
+    }
 
     #[test]
     fn what_steers_a_terminal_becomes_visible_and_all_else_stays() {

@@ -17,6 +17,7 @@ use crate::scene::network::NetworkFile;
 use crate::simulation::forecast::bytes;
 use crate::simulation::prepare_error::PrepareError;
 use crate::simulation::target::Target;
+use crate::text::time_of_step;
 use crate::thermal::network::control::{
     ControlError, IntegrationSettings, Integrator, Leg, MOST_SUB_STEPS, Series, integrate_leg,
 };
@@ -231,10 +232,9 @@ fn write_rows(
         }
     }
     let header: Vec<String> = std::iter::once("time".to_owned()).chain(labels.iter().cloned()).collect();
-    let rows = times
-        .iter()
-        .zip(rows)
-        .map(|(time, row)| std::iter::once(time.to_string()).chain(row.iter().map(|kelvin| digits(*kelvin))).collect());
+    let rows = times.iter().zip(rows).map(|(time, row)| {
+        std::iter::once(time_of_step(*time)).chain(row.iter().map(|kelvin| digits(*kelvin))).collect()
+    });
     let output = output.unwrap_or(Destination::StandardOutput);
     Ok(output.write_csv(std::iter::once(header).chain(rows))?)
 }

@@ -13,6 +13,7 @@ use crate::output::comparison_plots::{MOST_PLOTS, NamedSeries, differences, temp
 use crate::output::eclipses::Eclipses;
 use crate::output::folder::Folder;
 use crate::output::report::{ReportPicture, write_plots};
+use crate::text::time_of_step;
 
 pub(crate) const PAGE: &str = "compare.html";
 /// Differences by part.
@@ -110,7 +111,7 @@ fn over_time(runs: &Runs) -> Vec<Vec<String>> {
     let [instant, transition] = [INSTANT, TRANSITION].map(|run| &runs.ran[run].differences.steps);
     let row = |(a, b): (&super::differences::OfStep, &super::differences::OfStep)| {
         let values = [a.mean, a.rms, f64::from(a.max), b.mean, b.rms, f64::from(b.max)];
-        std::iter::once(a.time.to_string()).chain(values.map(|value| format!("{value:.6}"))).collect()
+        std::iter::once(time_of_step(a.time)).chain(values.map(|value| format!("{value:.6}"))).collect()
     };
     std::iter::once(head).chain(instant.iter().zip(transition).map(row)).collect()
 }

@@ -28,11 +28,20 @@ impl PixelBounds {
     }
 }
 
-/// The pixels of a mask that are set, of an image of this width. `None` for an empty mask.
-pub(crate) fn bounds(mask: &[bool], width: usize) -> Option<PixelBounds> {
+/// Column and row of each pixel of a mask that is set, of an image of this width.
+pub(crate) fn pixels_of(mask: &[bool], width: usize) -> impl Iterator<Item = [i64; 2]> {
     let set = mask.iter().enumerate().filter(|(_, set)| **set);
-    let places = set.map(|(at, _)| [(at % width) as i64, (at / width) as i64]);
-    places.fold(None, |bounds: Option<PixelBounds>, [x, y]| {
+    set.map(move |(at, _)| [(at % width) as i64, (at / width) as i64])
+}
+
+/// The box round the pixels of a mask. `None` for an empty mask.
+pub(crate) fn bounds(mask: &[bool], width: usize) -> Option<PixelBounds> {
+    bounds_of(pixels_of(mask, width))
+}
+
+/// The box round pixels. `None` for none.
+pub(crate) fn bounds_of(pixels: impl Iterator<Item = [i64; 2]>) -> Option<PixelBounds> {
+    pixels.fold(None, |bounds: Option<PixelBounds>, [x, y]| {
         let PixelBounds { first, last } = bounds.unwrap_or(PixelBounds { first: [x, y], last: [x, y] });
         Some(PixelBounds { first: [first[0].min(x), first[1].min(y)], last: [last[0].max(x), last[1].max(y)] })
     })

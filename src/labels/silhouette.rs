@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 
 use super::craft::{BopObject, Craft};
 use super::image::LabelledImage;
-use super::mask::{PixelBounds, bounds};
+use super::mask::{PixelBounds, bounds, bounds_of, pixels_of};
 use crate::lens::Distortion;
 use crate::raster::{RasterSurface, RasterView, rasterise};
 
@@ -78,30 +78,23 @@ impl Solids {
         let visible: Vec<bool> = image.channels.part.iter().map(is_object).collect();
         let is_alone = self.objects.len() == 1 && self.object_of_part.iter().all(Option::is_some);
         if is_alone && !touches_the_border(&visible, width) {
-            let (count, bounds) = (visible.iter().filter(|set| **set).count() as u64, bounds(&visible, width));
+            let (count, bounds) = (pixels_of(&visible, width).count() as u64, bounds(&visible, width));
             return Silhouette { full: visible.clone(), visible, count, bounds };
         }
         let (canvas, drawn) = self.draw(object, image);
         let [left, top] = canvas.first;
-        let mut full = vec![false; image.pixels()];
-        for (at, _) in drawn.iter().enumerate().filter(|(_, set)| **set) {
-            let [x, y] = [left + at as i64 % canvas.size[0], top + at as i64 / canvas.size[0]];
-            if (0..i64::from(image.width)).contains(&x) && (0..i64::from(image.height)).contains(&y) {
-                full[y as usize * width + x as usize] = true;
-            }
+        let in_frame =
+            |[x, y]: &[i64; 2]| (0..i64::from(image.width)).contains(x) && (0..i64::from(image.height)).contains(y);
+        let drawn = pixels_of(&drawn, canvas.size[0].max(1) as usize).map(|[x, y]| [x + left, y + top]);
+        let (inside, beyond): (Vec<_>, Vec<_>) = drawn.partition(in_frame);
+        // The image may show an object in a pixel at its edge of which the rasteriser meets no sample. Where nothing hides the object, the image alone tells.
+        let mut full = visible.clone();
+        if !is_alone {
+            inside.into_iter().for_each(|[x, y]| full[y as usize * width + x as usize] = true);
         }
-        if is_alone {
-            // Nothing hides the object, so the whole mask is the visible one, which comes from the image itself.
-            full.clone_from(&visible);
-        }
-        let moved = |[x, y]: [i64; 2]| [x + left, y + top];
-        let bounds_here = bounds(&drawn, canvas.size[0].max(1) as usize);
-        Silhouette {
-            full,
-            visible,
-            count: drawn.iter().filter(|set| **set).count() as u64,
-            bounds: bounds_here.map(|bounds| PixelBounds { first: moved(bounds.first), last: moved(bounds.last) }),
-        }
+        let all = || pixels_of(&full, width).chain(beyond.iter().copied());
+        let (count, bounds) = (all().count() as u64, bounds_of(all()));
+        Silhouette { full, visible, count, bounds }
     }
 
     fn draw(&self, object: usize, image: &LabelledImage) -> (SilhouetteCanvas, Vec<bool>) {

@@ -6,6 +6,7 @@ use super::OutputError;
 use super::report::PartBudget;
 use super::series::unique;
 use super::series_lines::each_row;
+use crate::text::time_of_step;
 use crate::thermal::budget::{Budget, CAUSES, CHANNELS};
 
 /// The table of budgets: a row for each step and part.
@@ -27,7 +28,7 @@ impl BudgetRows {
     pub(super) fn rows(&self, time: f64, budgets: &[Budget]) -> impl Iterator<Item = Vec<String>> {
         self.parts.iter().zip(budgets).map(move |(part, budget)| {
             let gains = budget.iter().map(|gain| format!("{gain:.6}"));
-            [time.to_string(), part.clone()].into_iter().chain(gains).collect()
+            [time_of_step(time), part.clone()].into_iter().chain(gains).collect()
         })
     }
 

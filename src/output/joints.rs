@@ -10,6 +10,7 @@ use super::report::PlotEntry;
 use super::series::unique;
 use super::series_lines::each_row;
 use super::thinned::Thinned;
+use crate::text::time_of_step;
 
 /// The table of joint positions: angles [deg] of turning joints, distances [m] of sliding joints.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -40,7 +41,7 @@ impl JointColumns {
         let shown = |((_, turns), position): (&(String, bool), &f64)| {
             format!("{:.6}", if *turns { position.to_degrees() } else { *position })
         };
-        std::iter::once(time.to_string()).chain(self.columns.iter().zip(positions).map(shown)).collect()
+        std::iter::once(time_of_step(time)).chain(self.columns.iter().zip(positions).map(shown)).collect()
     }
 
     /// Draws `joint_angles` and `joint_distances` if such joints exist, from the table that `open` opens. A jump of half a turn becomes a gap.

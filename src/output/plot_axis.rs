@@ -69,14 +69,23 @@ pub(super) struct AxisScale {
 const MARKS: usize = 9;
 
 impl AxisScale {
+    /// Whether each decade has marks of its own.
+    fn is_by_decades(&self) -> bool {
+        self.log && self.upper.log10() - self.lower.log10() >= 1.5
+    }
+
     fn marks(&self) -> Vec<f64> {
-        let [first, last] = [self.lower, self.upper].map(f64::log10);
-        if !self.log || last - first < 1.5 {
+        if !self.is_by_decades() {
             return ticks::ticks(self.lower, self.upper, MARKS).values;
         }
+        let [first, last] = [self.lower, self.upper].map(f64::log10);
         let every = ((last - first) / MARKS as f64).ceil().max(1.0) as i32;
-        let decades = (first - 1e-6).ceil() as i32..=(last + 1e-6).floor() as i32;
-        decades.filter(|decade| decade.rem_euclid(every) == 0).map(|decade| 10f64.powi(decade)).collect()
+        // Two or three decades by themselves leave most of an axis without a number.
+        let in_each: &[f64] = if 3.0 * (last - first) <= MARKS as f64 { &[1.0, 2.0, 5.0] } else { &[1.0] };
+        let decades =
+            (first.floor() as i32..=(last + 1e-6).floor() as i32).filter(|decade| decade.rem_euclid(every) == 0);
+        let all = decades.flat_map(|decade| in_each.iter().map(move |times| times * 10f64.powi(decade)));
+        all.filter(|mark| (first - 1e-6..=last + 1e-6).contains(&mark.log10())).collect()
     }
 
     /// The value clamped to the ends, for shading that may be cut.
@@ -108,8 +117,8 @@ impl ValueFormatter<f64> for AxisScale {
     fn format_ext(&self, value: &f64) -> String {
         let marks = self.marks();
         let step = match marks.as_slice() {
-            // Marks in different decades always differ.
-            [first, second, ..] if self.log && second / first > 9.0 => *value,
+            // These marks always differ.
+            _ if self.is_by_decades() => *value,
             [first, second, ..] => second - first,
             _ => self.upper - self.lower,
         };
@@ -130,6 +139,16 @@ mod tests {
         assert_eq!([scale.map(&1e-3, (0, 400)), scale.map(&1e-2, (0, 400))], [200, 300]);
         assert_eq!(scale.format_ext(&1e-2), "0.01");
         assert_eq!(scale.format_ext(&1e-5), "1e-5");
+        let two = axis.scale([0.9, 80.0].into_iter(), 0.0);
+        assert_eq!(
+            two.marks().iter().map(|mark| two.format_ext(mark)).collect::<Vec<_>>(),
+            ["1", "2", "5", "10", "20", "50"]
+        );
+        let three = axis.scale([0.2, 20.0].into_iter(), 0.0);
+        assert_eq!(
+            three.marks().iter().map(|mark| three.format_ext(mark)).collect::<Vec<_>>(),
+            ["0.2", "0.5", "1", "2", "5", "10", "20"]
+        );
         let linear = Axis::linear("").scale([1e-5, 1e-1].into_iter(), 0.0);
         assert_ne!(linear.map(&1e-3, (0, 400)), 200);
     }

@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use super::OutputError;
 use super::csv_rows::write_rows;
 use super::statistics::Summary;
+use crate::text::time_of_step;
 
 /// Temperatures of one step.
 #[derive(Debug, Clone, PartialEq)]
@@ -106,7 +107,7 @@ impl TemperatureSeries {
 }
 
 fn cells(row: &SeriesRow) -> Vec<String> {
-    let mut record = vec![row.time.to_string()];
+    let mut record = vec![time_of_step(row.time)];
     for summary in row.parts.iter().chain(&row.materials).chain([&row.all]) {
         match summary {
             Some(Summary { min, mean, max }) => {

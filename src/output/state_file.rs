@@ -20,7 +20,7 @@ use super::temporary::Unfinished;
 use crate::simulation::thermal_state::ThermalState;
 
 const MAGIC: &[u8] = b"isotherm state\n";
-const FORMAT: u32 = 10;
+const FORMAT: u32 = 11;
 const SUM_BYTES: usize = 32;
 /// Version of isotherm. Any other may keep other numbers.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -244,7 +244,7 @@ mod tests {
         let content = |version: &str, kind: &str| postcard::to_stdvec(&(version, kind, numbers())).unwrap();
         for (bytes, expected) in [
             (with(1, &[4, 3, 2, 1]), "was written by an earlier version of isotherm"),
-            (with(FORMAT + 1, &[]), "has format 11, and this program reads format 10"),
+            (with(FORMAT + 1, &[]), "has format 12, and this program reads format 11"),
             (
                 with(FORMAT, &content("0.0.7", Numbers::KIND)),
                 "was written by version 0.0.7 of isotherm, and this is version",

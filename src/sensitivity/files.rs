@@ -7,7 +7,7 @@ use crate::output::folder::Folder;
 use crate::output::run_pictures::frame_stem;
 use crate::output::tornado::{TornadoBar, tornado};
 use crate::scene::ParameterRange;
-use crate::text::significant;
+use crate::text::{significant, time_of_step};
 
 const TABLE: &str = "sensitivity.csv";
 const EFFECTS: &str = "effects.csv";
@@ -82,7 +82,7 @@ fn rows(all: &Sensitivities) -> impl Iterator<Item = Vec<String>> {
                     sensitivity.parameter.name.clone(),
                     kind.clone(),
                     name.clone(),
-                    all.times[step].to_string(),
+                    time_of_step(all.times[step]),
                     format!("{temperature:.6}"),
                     format!("{derivative:.6}"),
                     per_unit,
@@ -139,7 +139,7 @@ fn effect_rows(all: &Sensitivities, effects: &[Effect<'_>]) -> Vec<Vec<String>> 
             number(effect.ends[1]),
             number(effect.error),
             format!("{kind}:{name}"),
-            all.times[effect.step].to_string(),
+            time_of_step(all.times[effect.step]),
         ]
     };
     std::iter::once(EFFECTS_HEAD.map(str::to_owned).to_vec()).chain(effects.iter().map(row)).collect()

@@ -22,7 +22,7 @@ mod surface;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use self::moments::{DARK, LIT, Moment, NodeLight, Shadows};
+use self::moments::{DARK, LIT, Moment, NodeLight, Passage, Shadows};
 use self::place::Beginning;
 use self::surface::{Foil, FoilSurface, FoilTriangle};
 use super::network::SceneNetwork;
@@ -80,6 +80,8 @@ pub struct PastLight {
     scene: Arc<PixelLight>,
     /// The oldest first.
     moments: Vec<Arc<Moment>>,
+    /// The ways from each moment to the next.
+    passages: Vec<Option<Passage>>,
     begins: Beginning,
 }
 
@@ -108,7 +110,11 @@ impl PixelLight {
         let turned = loads.turn_share(0.0, step);
         let stride = ((INTERVAL * shortest).max(MEMORY * longest / f64::from(INTERVALS)) / step).min(turned.recip());
         let part = || loads.turned_part(step).max(LEAST_INTERVAL * shortest).min(step);
-        let interval = if turned > 1.0 { part() } else { step * stride.floor().max(1.0) };
+        let interval = match stride {
+            _ if turned > 1.0 => part(),
+            stride if stride >= 1.0 => step * stride.floor(),
+            stride => step / stride.recip().ceil(),
+        };
         let is_long = |count: &u32| recent_lengths(*count) * interval >= MEMORY * longest;
         let has_past = scene.time.warm_up_orbits > 0.0 || scene.time.periodic.is_some();
         let start = match scene.initial {
@@ -153,9 +159,10 @@ impl PixelLight {
         }
         // The oldest first. New moments make room among those that no later image needs.
         let moment = |(times, shadows)| self.moment(loads, materials, times, shadows);
-        let moments = intervals.into_iter().rev().map(moment).collect();
+        let moments: Vec<_> = intervals.into_iter().rev().map(moment).collect();
+        let passages = moments.windows(2).map(|pair| Passage::new(&pair[0], &pair[1])).collect();
         let begins = if begins_in_view { self.start } else { Beginning::Past };
-        Some(PastLight { scene: Arc::clone(self), moments, begins })
+        Some(PastLight { scene: Arc::clone(self), moments, passages, begins })
     }
 
     /// The light between two times [s], with the shadows between two others.

@@ -251,8 +251,9 @@ impl Engine for ReferenceEngine {
         if let Some(light) = &mut self.light {
             light.redraw.found_for.clone_from(&saved.light);
         }
-        if let Some(exchange) = &mut self.exchange {
-            exchange.restore(part("radiation between surfaces", &saved.exchange)?)?;
+        match &mut self.exchange {
+            Some(exchange) => exchange.restore(part("radiation between surfaces", &saved.exchange)?)?,
+            None => self.reference.receive(Vec::new()),
         }
         if let Some(network) = &mut self.network {
             network.restore(part("a network", &saved.network)?, most_times)?;

@@ -36,6 +36,8 @@ struct CraftIdentity {
     /// Settings of the thermal network. Empty without one.
     network: String,
     shadows: String,
+    /// SHA-256 of the nodes of each patch of radiation between surfaces. Empty without it.
+    patches: String,
     /// Length of a step [s], where a transition counts in steps.
     step: Option<f64>,
     /// A device and the reference keep the state of a node in different numbers.
@@ -64,6 +66,11 @@ impl CraftIdentity {
             materials: materials.collect(),
             network: prepared.network.as_ref().map(|_| file_hash(network().as_bytes())).unwrap_or_default(),
             shadows: format!("{:?}", scene.shadows),
+            patches: prepared
+                .exchange
+                .as_ref()
+                .map(|craft| file_hash(bytemuck::cast_slice(&craft.patches.of_node)))
+                .unwrap_or_default(),
             step: moves.then_some(scene.time.step),
             on_device,
         }
@@ -122,6 +129,10 @@ impl ThermalState {
             ),
             (then.network == now.network, "the thermal network is another ([network], [[contact]], [[heater]])"),
             (then.shadows == now.shadows, "[shadows] is another"),
+            (
+                now.patches.is_empty() || then.patches.is_empty() || then.patches == now.patches,
+                "the patches of [exchange] are others (its patch_edge, or the ends of the way of a joint)",
+            ),
         ] {
             if !is_same {
                 found.push(difference.to_owned());

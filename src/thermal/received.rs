@@ -18,7 +18,7 @@ impl PlanetShares {
 }
 
 /// The light of the rest of the craft on a face, and the shares of other light that reach it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct FaceLoad {
     /// Flux from other surfaces that the face absorbs [W/m2].
     pub absorbed: f64,

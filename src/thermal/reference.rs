@@ -41,6 +41,7 @@ pub(crate) struct ReferenceState {
     states: Vec<TransitionState>,
     temperatures: Vec<f64>,
     lit: Lit,
+    received: Vec<[FaceLoad; 2]>,
 }
 
 /// State and temperature of the nodes. Nodes are independent, so the result does not depend on the number of threads.
@@ -226,8 +227,13 @@ impl<F: IncidentFlux> Reference<F> {
     }
 
     pub(crate) fn save(&self) -> ReferenceState {
-        let Self { states, temperatures, lit, .. } = self;
-        ReferenceState { states: states.clone(), temperatures: temperatures.clone(), lit: lit.clone() }
+        let Self { states, temperatures, lit, received, .. } = self;
+        ReferenceState {
+            states: states.clone(),
+            temperatures: temperatures.clone(),
+            lit: lit.clone(),
+            received: received.clone(),
+        }
     }
 
     /// Takes a saved state.
@@ -240,9 +246,13 @@ impl<F: IncidentFlux> Reference<F> {
         if !saved.lit.areas.is_empty() {
             check_length("lit areas of nodes", &saved.lit.areas, self.nodes.len())?;
         }
+        if !saved.received.is_empty() {
+            check_length("light of the craft on nodes", &saved.received, self.nodes.len())?;
+        }
         self.states.clone_from(&saved.states);
         self.temperatures.clone_from(&saved.temperatures);
         self.lit.clone_from(&saved.lit);
+        self.received.clone_from(&saved.received);
         Ok(())
     }
 

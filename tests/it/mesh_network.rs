@@ -164,6 +164,35 @@ fn what_a_network_lacks_is_said() {
     assert!(error.contains("periodic"), "{error}");
 }
 
+/// A heater whose probe begins below its band is on from the first step, and one above it off, whatever `initially_on` says. Within the band that key decides.
+#[test]
+fn a_heater_that_begins_beyond_its_band_is_on_or_off_by_that() {
+    let context = context();
+    let ends = |kelvin: f64, power: f64, key: &str| {
+        let tail = format!(
+            "[[heater]]\npart = \"body\"\npower = {power}\nprobe = \"side\"\non_below = 281\noff_above = 283\n{key}\
+             [[probe]]\nname = \"side\"\nposition = [1, 0, 0]\npart = \"body\"\n[initial]\ntemperature = {kelvin}\n"
+        );
+        let prepared = Folder::new(&(scene_with(&[(TRANSITION, SKIN)]) + &tail)).prepared();
+        let first = |engine: &mut dyn Engine| history(&prepared, engine)[1].clone();
+        let device = first(&mut DeviceEngine::new(&context, &prepared, None).expect("a small scene"));
+        [device, first(&mut ReferenceEngine::new(&prepared, None))]
+    };
+    let (on, off) = ("initially_on = true\n", "");
+    let apart = |[a, b]: [&Vec<f64>; 2]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    for (kelvin, is_on) in [(278.0, true), (292.0, false)] {
+        let without = ends(kelvin, 0.0, off);
+        for key in [on, off] {
+            for (engine, found) in ends(kelvin, 3000.0, key).iter().enumerate() {
+                let heated = apart([found, &without[engine]]);
+                assert!((heated > 0.1) == is_on, "{kelvin} K, engine {engine}, '{key}': {heated} K by the heater");
+            }
+        }
+    }
+    let within = [on, off].map(|key| ends(282.0, 3000.0, key));
+    assert!((0..2).all(|engine| apart([&within[0][engine], &within[1][engine]]) > 0.1));
+}
+
 #[test]
 fn a_heater_whose_band_can_not_hold_is_named_with_its_probe() {
     let tail = "[[heater]]\npart = \"body\"\npower = 1e5\nprobe = \"side\"\non_below = 400\noff_above = 400.0001\n\

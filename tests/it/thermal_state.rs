@@ -76,6 +76,43 @@ fn assert_same_of_reference(folder: &Folder) {
     }
 }
 
+/// A run that begins in another pose of a joint than the run that saved its state: patches have another order on the device there. What surfaces receive from each other is
+/// that of the state, on the device and on the reference.
+#[test]
+fn what_surfaces_receive_goes_on_from_another_pose() {
+    let scene = |schedule: &str| {
+        let joint = format!(
+            "[shadows]\n[exchange]\nrays = 128\npatch_edge = 0.8\n[[joint]]\npart = \"wing_port\"\naxis = \"+Y\"\norigin = [0, 0, 0]\nmode = \"schedule\"\n\
+             schedule = {schedule}\n[output]\nbudget = true\n[radiance]"
+        );
+        scene_with(&[("[radiance]", &joint)])
+    };
+    for device in [&[][..], &["--device", "cpu"]] {
+        let folder = Folder::new(&scene("{ time = [0, 720], angle_deg = [0, 90] }"));
+        folder.write("later.toml", &scene("{ time = [-300, 420], angle_deg = [0, 90] }"));
+        let save = ["run", "scene.toml", "-o", "one", "--save-state", STATE, "--save-state-at", "300"];
+        succeed(folder.0.path(), &[&save[..], device].concat());
+        succeed(folder.0.path(), &[&["run", "later.toml", "-o", "two", "--from-state", STATE], device].concat());
+        let received = |root: &str, time: &str| -> Vec<(String, f64)> {
+            let text = String::from_utf8(read(&folder, &format!("{root}/budget.csv"))).expect("text");
+            let column = text.lines().next().expect("a head").split(',').position(|name| name == "Q_exchange");
+            let rows = text.lines().map(|row| row.split(',').collect::<Vec<_>>()).filter(|row| row[0] == time);
+            rows.map(|row| (row[1].to_owned(), row[column.expect("a column")].parse().expect("a number"))).collect()
+        };
+        let [saved, other, begun] =
+            [("one", "300"), ("one", "360"), ("two", "0")].map(|(root, time)| received(root, time));
+        let apart = |one: &[(String, f64)]| {
+            let each = one
+                .iter()
+                .zip(&begun)
+                .map(|((part, one), (same, begun))| if part == same { (one - begun).abs() } else { 1e9 });
+            each.fold(0.0, f64::max)
+        };
+        assert!(saved.len() > 2 && saved.iter().any(|(_, watts)| *watts > 1.0), "{saved:?}");
+        assert!(apart(&saved) < 1e-3 && apart(&other) > 0.05, "{saved:?} {begun:?} {other:?}");
+    }
+}
+
 /// The temperatures at the end of a run are those at time 0 of the next.
 #[test]
 fn a_state_of_the_end_begins_the_next_run() {

@@ -22,6 +22,10 @@ use crate::thermal::sensor::twin::SensorState;
 /// Buffers with the state of the nodes, one value for each node.
 static NODE_STATE: [&Resource; 8] = [&TEMPERATURE, &TARGET, &SPAN, &ELAPSED, &LIT_X, &LIT_Y, &LIT_Z, &LIT_FRONT];
 
+/// Buffers with the state of the patches of radiation between surfaces, and how many values each patch has.
+static PATCH_STATE: [(&Resource, usize); 5] =
+    [(&SEEN, 2), (&REFLECTED, 4), (&SUNLIGHT, 1), (&EMITTED, 1), (&RECEIVED, 2)];
+
 /// The saved state of a scene on the device.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub struct RendererState {
@@ -78,7 +82,11 @@ impl Renderer {
         self.wait()?;
         let mut buffers = Vec::new();
         for (resource, count) in self.state_buffers() {
-            buffers.push((resource.name.to_owned(), self.resources.download(&mut self.once, resource, count)?));
+            let mut values = self.resources.download(&mut self.once, resource, count)?;
+            if let Some((order, each)) = self.order_of(resource) {
+                values = by_patch(&values, order, each);
+            }
+            buffers.push((resource.name.to_owned(), values));
         }
         let sensor = match &self.scene.sensor {
             Some(sensor) => {
@@ -119,7 +127,10 @@ impl Renderer {
         for (resource, count) in self.state_buffers() {
             let values = saved.buffer(resource.name).ok_or_else(|| Misfit::Absent(resource.name.to_owned()))?;
             check_length(resource.name, values, count)?;
-            self.resources.upload(&mut self.once, resource, values)?;
+            match self.order_of(resource).map(|(order, each)| by_place(values, order, each)) {
+                Some(values) => self.resources.upload(&mut self.once, resource, &values)?,
+                None => self.resources.upload(&mut self.once, resource, values)?,
+            }
         }
         if let Some(network) = &mut self.scene.network {
             let saved = part("a network in one pass", &saved.network)?;
@@ -165,18 +176,18 @@ impl Renderer {
         let mut buffers: Vec<_> = NODE_STATE.map(|resource| (resource, self.nodes)).into();
         buffers.extend(self.scene.network.iter().flat_map(OnePass::state));
         if let Some(exchange) = &self.scene.exchange {
-            let places = exchange.places();
-            buffers.extend([
-                (&SEEN, 2 * places),
-                (&REFLECTED, 4 * places),
-                (&SUNLIGHT, places),
-                (&EMITTED, places),
-                (&RECEIVED, 2 * places),
-                (&ON_NODES, 2 * self.nodes),
-            ]);
+            buffers.extend(PATCH_STATE.map(|(resource, each)| (resource, each * exchange.places())));
+            buffers.push((&ON_NODES, 2 * self.nodes));
         }
         buffers.retain(|(resource, _)| self.resources.get(resource).is_some());
         buffers
+    }
+
+    /// The order of the patches on the device, and the number of values of each, where a buffer has values of patches. A state holds them by patch: the order follows the
+    /// first pose of a run, and a run that goes on may begin in another.
+    fn order_of(&self, resource: &Resource) -> Option<(&[u32], usize)> {
+        let (_, each) = PATCH_STATE.iter().find(|(own, _)| own.name == resource.name)?;
+        Some((&self.scene.exchange.as_ref()?.order, *each))
     }
 
     /// Culls the triangles anew from the views of the last culling, whose result lies on the device only. The image of this frame is not used,
@@ -198,4 +209,22 @@ impl Renderer {
         self.slots.most_times = most;
         self.slots.times.values_mut().for_each(|times| times.bound(most));
     }
+}
+
+/// Values of the places of the device, by patch. The last place has no patch and stays.
+fn by_patch(values: &[f32], order: &[u32], each: usize) -> Vec<f32> {
+    let mut patches = values.to_vec();
+    for (place, patch) in values.chunks_exact(each).zip(order) {
+        patches[*patch as usize * each..][..each].copy_from_slice(place);
+    }
+    patches
+}
+
+/// The inverse of [`by_patch`].
+fn by_place(values: &[f32], order: &[u32], each: usize) -> Vec<f32> {
+    let mut places = values.to_vec();
+    for (place, patch) in places.chunks_exact_mut(each).zip(order) {
+        place.copy_from_slice(&values[*patch as usize * each..][..each]);
+    }
+    places
 }

@@ -178,8 +178,9 @@ impl NetworkRun {
         &self.scene
     }
 
-    /// Sets every node to a temperature [K]. Arithmetic nodes balance at the first step.
+    /// Starts with every node at a temperature [K]. Arithmetic nodes balance at the first step.
     pub(crate) fn settle_at(&mut self, temperature: f64) {
+        self.course.on = self.scene.thermostats().iter().map(|one| one.begins_on(temperature)).collect();
         self.set_temperatures(&vec![temperature; self.scene.network().len()]);
     }
 

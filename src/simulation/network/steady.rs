@@ -20,7 +20,7 @@ impl NetworkRun {
         let guess = |(heat, area): (&f64, &f64)| (heat.max(0.0) / (STEFAN_BOLTZMANN * area) + space).sqrt().sqrt();
         let emitted: f64 = network.emissive_areas.iter().sum();
         let common = guess((&heat.iter().sum::<f64>(), &emitted)).clamp(3.0, 2000.0);
-        self.settle_at(common);
+        self.set_temperatures(&vec![common; network.len()]);
         let schedule = self.scene.schedule(heat, &self.course.on, time, 0.0);
         let balanced = steady_or_mean(&mut self.worker, self.scene.network(), &schedule);
         let balanced = balanced.map_err(|error| failure(time, &unsteady(&error)))?;

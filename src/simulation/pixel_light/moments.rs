@@ -40,6 +40,67 @@ pub(super) struct SunRays {
     poses: Vec<[DAffine3; 2]>,
 }
 
+/// Largest turn of the Sun from moment to moment [rad] between which there are others.
+const FAR: f64 = 0.5;
+
+impl SunRays {
+    /// Sun and joints at a share of the time between two others. A rotation by a small angle is nearly the straight line.
+    fn between(from: &Self, to: &Self, share: f64) -> Self {
+        let mix = |[from, _]: &[DAffine3; 2], [to, _]: &[DAffine3; 2]| {
+            let [from, to] = [from, to].map(DAffine3::to_cols_array);
+            let pose = DAffine3::from_cols_array(&std::array::from_fn(|k| from[k] + share * (to[k] - from[k])));
+            [pose, pose.inverse()]
+        };
+        let poses = from.poses.iter().zip(&to.poses).map(|(from, to)| mix(from, to)).collect();
+        Self { sun: from.sun.lerp(to.sun, share).normalize(), poses }
+    }
+
+    /// Share of the Sun that a place of a joint (in its frame) sees past triangles from one of its sides. `side` is a unit normal there.
+    pub(super) fn share(
+        &self,
+        trees: &JointTrees,
+        (place, joint): (DVec3, u32),
+        (side, both_sides): (DVec3, bool),
+        shape: SunShape,
+    ) -> f64 {
+        let Self { sun, poses } = self;
+        let [pose, _] = poses.get(joint as usize).copied().unwrap_or([DAffine3::IDENTITY; 2]);
+        let outward = pose.matrix3 * side;
+        let cosine = outward.dot(*sun);
+        if cosine == 0.0 || (cosine < 0.0 && !both_sides) {
+            return 0.0;
+        }
+        let start = pose.transform_point3(place) + trees.start * outward * cosine.signum();
+        let frame = |joint: usize| poses.get(joint).map(|[_, frame]| frame);
+        free_share(*sun, shape, |direction| !trees.hide(start, direction, f64::INFINITY, frame))
+    }
+}
+
+/// The way from the middle of a moment to the middle of the next.
+pub(super) struct Passage {
+    /// Sun and joints at a quarter, the half and three quarters of it.
+    pub(super) quarters: [SunRays; 3],
+    /// Share of it that belongs to the first moment.
+    pub(super) end: f64,
+    /// Its time over the lengths of both moments.
+    pub(super) over: [f64; 2],
+}
+
+impl Passage {
+    /// The way between two moments. `None` in the dark, and where the Sun jumps.
+    pub(super) fn new(from: &Moment, to: &Moment) -> Option<Self> {
+        let [one, other] = [from.rays.as_deref()?, to.rays.as_deref()?];
+        let lengths = [from.length, to.length];
+        let goes = lengths.iter().all(|length| *length > 0.0) && one.sun.angle_between(other.sun) < FAR;
+        let whole = 0.5 * (from.length + to.length);
+        goes.then(|| Self {
+            quarters: [0.25, 0.5, 0.75].map(|share| SunRays::between(one, other, share)),
+            end: 0.5 * from.length / whole,
+            over: lengths.map(|length| whole / length),
+        })
+    }
+}
+
 /// The shadows of an interval.
 pub(super) struct Shadows {
     /// `None` in the dark.
@@ -134,23 +195,14 @@ impl Moment {
         (pose.matrix3 * front).dot(*sun) < 0.0
     }
 
-    /// Share of the Sun that a place of a joint (in its frame) sees past triangles from one of its sides. `side` is a unit normal there.
+    /// See [`SunRays::share`]. 0 in the dark.
     pub(super) fn sun_share(
         &self,
         trees: &JointTrees,
-        (place, joint): (DVec3, u32),
-        (side, both_sides): (DVec3, bool),
+        place: (DVec3, u32),
+        sides: (DVec3, bool),
         shape: SunShape,
     ) -> f64 {
-        let Some(SunRays { sun, poses }) = self.rays.as_deref() else { return 0.0 };
-        let [pose, _] = poses.get(joint as usize).copied().unwrap_or([DAffine3::IDENTITY; 2]);
-        let outward = pose.matrix3 * side;
-        let cosine = outward.dot(*sun);
-        if cosine == 0.0 || (cosine < 0.0 && !both_sides) {
-            return 0.0;
-        }
-        let start = pose.transform_point3(place) + trees.start * outward * cosine.signum();
-        let frame = |joint: usize| poses.get(joint).map(|[_, frame]| frame);
-        free_share(*sun, shape, |direction| !trees.hide(start, direction, f64::INFINITY, frame))
+        self.rays.as_deref().map_or(0.0, |rays| rays.share(trees, place, sides, shape))
     }
 }

@@ -6,12 +6,17 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::disc::SunShape;
-use super::moments::{Moment, NodeLight};
+use super::moments::{Moment, NodeLight, Passage, SunRays};
 use super::surface::{Foil, FoilSurface, FoilTriangle};
 use crate::environment::shadow::JointTrees;
 
-/// Moments between two that are alike, at most, without a ray of their own.
+/// Moments between two that are alike, at most, without a ray of their own, where they lie long ago.
 const APART: usize = 4;
+/// Time constants before an image of which every moment has a ray of its own. The shadow of a thin strut comes and goes between two moments that are alike, and what it left of
+/// moments before has faded to a seventh.
+const LOOKED_AT: f64 = 4.0;
+/// Difference of the shares of two moments from which rays look for its time.
+const CHANGES: f64 = 0.25;
 /// Most trials of a flux that brings a node to its temperature.
 const TRIALS: usize = 6;
 /// Least change of what a node emits in the end, over a change of what it takes, by which a next trial is chosen.
@@ -52,6 +57,8 @@ pub(super) struct Places<'a> {
     trees: &'a JointTrees,
     /// The oldest first.
     moments: &'a [Arc<Moment>],
+    /// The ways from each moment to the next.
+    passages: &'a [Option<Passage>],
     begins: Beginning,
     triangle: &'a FoilTriangle,
     /// Whether it is lit at each moment, `None` where a ray has to tell.
@@ -64,10 +71,10 @@ impl<'a> Places<'a> {
     /// The places of a triangle that is lit as is known at each moment.
     pub(super) fn new(
         (surface, trees): (&'a FoilSurface, &'a JointTrees),
-        (moments, begins): (&'a [Arc<Moment>], Beginning),
+        (moments, passages, begins): (&'a [Arc<Moment>], &'a [Option<Passage>], Beginning),
         (triangle, known): (&'a FoilTriangle, &'a [Option<bool>]),
     ) -> Self {
-        let places = Self { surface, trees, moments, begins, triangle, known, mean: 0.0 };
+        let places = Self { surface, trees, moments, passages, begins, triangle, known, mean: 0.0 };
         Self { mean: places.mean(), ..places }
     }
 
@@ -102,17 +109,17 @@ impl<'a> Places<'a> {
     /// How much warmer a place (in the frame of its joint) is than its nodes show [K], and the share of the Sun that it sees in the end.
     pub(super) fn change(&self, place: DVec3, weights: [f64; 3], of_nodes: [NodeEnd; 3], shape: SunShape) -> [f64; 2] {
         let Some(foil) = self.foil() else { return [0.0; 2] };
-        let lit = self.lit_at(place, shape);
+        let (lit, now) = self.lit_at(place, shape);
         let fluxes: Vec<f64> = self.absorbed(&lit, weights).into_iter().map(|[sun, planet]| sun + planet).collect();
         let between = |value: fn(&NodeEnd) -> f64| interpolate(of_nodes.map(|node| value(&node)), weights);
         let kelvin = self.after_past(&foil, &fluxes, between(|node| node.other)) - between(|node| node.kelvin);
-        [kelvin, lit.last().copied().unwrap_or(0.0)]
+        [kelvin, now]
     }
 
     /// By how much more a place changes than its nodes show, for a change by all of its sunlight, of the emission of its faces, and of its capacity [K].
     pub(super) fn derivatives(&self, place: DVec3, weights: [f64; 3], of_nodes: [NodeEnd; 3]) -> Option<[f64; 3]> {
         let foil = self.foil()?;
-        let absorbed = self.absorbed(&self.lit_at(place, SunShape::Disc), weights);
+        let absorbed = self.absorbed(&self.lit_at(place, SunShape::Disc).0, weights);
         let change = |foil: &Foil, sunlight: f64| {
             let fluxes: Vec<f64> = absorbed.iter().map(|[sun, planet]| sunlight * sun + planet).collect();
             let node = |corner: usize| {
@@ -142,12 +149,45 @@ impl<'a> Places<'a> {
         self.moments.last().map_or(0.0, share)
     }
 
-    /// Share of the Sun that a place (in the frame of its joint) sees at each moment.
-    fn lit_at(&self, place: DVec3, shape: SunShape) -> Vec<f64> {
+    /// Share of the Sun that a place (in the frame of its joint) sees in the mean over each moment, and in the middle of the last one.
+    fn lit_at(&self, place: DVec3, shape: SunShape) -> (Vec<f64>, f64) {
         let FoilTriangle { normal, both_sides, .. } = self.triangle;
-        self.lit(|moment| {
-            self.moments[moment].sun_share(self.trees, (place, self.joint()), (*normal, *both_sides), shape)
-        })
+        let (place, sides) = ((place, self.joint()), (*normal, *both_sides));
+        let middles = self.lit(|moment| self.moments[moment].sun_share(self.trees, place, sides, shape));
+        let now = middles.last().copied().unwrap_or(0.0);
+        (self.means(middles, |rays| rays.share(self.trees, place, sides, shape)), now)
+    }
+
+    /// Means over moments of shares that are known in their middles. Between two recent ones that differ, rays find the quarter of the way in which the share changes.
+    fn means(&self, middles: Vec<f64>, rays: impl Fn(&SunRays) -> f64) -> Vec<f64> {
+        let mut means = middles.clone();
+        for (moment, pair) in middles.windows(2).enumerate().skip(self.first_recent()) {
+            let change = pair[1] - pair[0];
+            let Some(Passage { quarters, end, over }) = self.passages[moment].as_ref() else { continue };
+            if change.abs() < CHANGES {
+                continue;
+            }
+            let is_past = |quarter: usize| (rays(&quarters[quarter]) - pair[0]).abs() > 0.5 * change.abs();
+            let at = match is_past(1) {
+                true => {
+                    if is_past(0) {
+                        0.125
+                    } else {
+                        0.375
+                    }
+                }
+                false => {
+                    if is_past(2) {
+                        0.625
+                    } else {
+                        0.875
+                    }
+                }
+            };
+            means[moment] += change * (end - at).max(0.0) * over[0];
+            means[moment + 1] -= change * (at - end).max(0.0) * over[1];
+        }
+        means
     }
 
     /// Absorbed light of Sun and planet at each moment, of a place that sees these shares of the Sun [W/m2].
@@ -197,11 +237,23 @@ impl<'a> Places<'a> {
         })
     }
 
-    /// Share of the Sun at each moment. Rays look at a few moments, and between those that differ for the change.
+    /// The first moment of the last [`LOOKED_AT`] time constants.
+    fn first_recent(&self) -> usize {
+        let constant = self.foil().map_or(0.0, |foil| foil.time_constant());
+        let mut age = 0.0;
+        let is_old = |moment: &usize| {
+            age += self.moments[*moment].length;
+            age > LOOKED_AT * constant
+        };
+        (0..self.moments.len()).rev().find(is_old).map_or(0, |moment| moment + 1)
+    }
+
+    /// Share of the Sun at each moment. Rays look at every recent moment, at a few before, and between those that differ for the change.
     fn lit(&self, rays: impl Fn(usize) -> f64) -> Vec<f64> {
         let known = |moment: usize| self.known[moment].map(|lit| f64::from(u8::from(lit)));
         let look = |moment: usize| known(moment).unwrap_or_else(|| rays(moment));
         let last = self.known.len() - 1;
+        let recent = self.first_recent();
         let mut lit = vec![0.0; last + 1];
         (lit[0], lit[last]) = (look(0), look(last));
         let mut between = vec![[0, last]];
@@ -210,7 +262,7 @@ impl<'a> Places<'a> {
                 continue;
             }
             let is_known = || (low + 1..high).filter_map(known).any(|share| share != lit[low]);
-            if lit[low] == lit[high] && high - low <= APART && !is_known() {
+            if lit[low] == lit[high] && high <= recent && high - low <= APART && !is_known() {
                 let value = lit[low];
                 lit[low + 1..high].fill(value);
                 continue;

@@ -5,8 +5,11 @@ use crate::simulation::corner_image::draw_corners;
 use crate::simulation::image::Image;
 use crate::trace::span;
 
-/// Error of a change by light in pixels, over the largest change beside it: found against places that were followed by themselves (`tools/oracle`, `station_cut_1m`).
-const OF_CHANGE: f64 = 1.0 / 3.0;
+/// Error of a change by light in pixels, over the largest change beside it: found against places that were followed by themselves (`tools/oracle`: `struts`, `spin`,
+/// `station_cut_1m`).
+const OF_CHANGE: f64 = 0.1;
+/// Error of a change by light that came and went before [K], whatever the change of today; found in the same way.
+const OF_BEFORE: f64 = 0.15;
 
 impl Uncertainty<'_> {
     /// States the error of every pixel of an image [K], from the errors at the end of the last step. `number` is the number of an image at its own time.
@@ -48,7 +51,7 @@ impl Uncertainty<'_> {
             });
             let largest = around.map(changed).fold(0.0, f64::max);
             let of_nodes = of_nodes.map_or(0.0, |(_, error)| error);
-            image.error[pixel] = of_nodes.hypot(OF_CHANGE * largest) as f32;
+            image.error[pixel] = of_nodes.hypot(OF_CHANGE * largest).hypot(OF_BEFORE) as f32;
         }
     }
 }

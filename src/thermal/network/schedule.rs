@@ -92,11 +92,16 @@ pub struct Thermostat {
     pub on_below: f64,
     /// Threshold [K], above `on_below`.
     pub off_above: f64,
-    /// State at time 0, which a sensor between the thresholds does not change.
+    /// State at time 0. A sensor changes it by crossing a threshold, so one that begins beyond its threshold waits for that.
     pub initially_on: bool,
 }
 
 impl Thermostat {
+    /// Whether the heater of a scene is on at time 0, with its sensor at `sensed` [K]: a scene begins beyond no threshold.
+    pub(crate) fn begins_on(&self, sensed: f64) -> bool {
+        sensed < self.on_below || (self.initially_on && sensed <= self.off_above)
+    }
+
     /// Why the thermostat can not go on where it makes a number of `switches` within a time [s], with advice.
     pub(crate) fn chatter(&self, switches: u32, within: f64) -> String {
         let Self { on_below, off_above, power, .. } = self;

@@ -1,6 +1,6 @@
 """The cases, in the order in which they run."""
 
-from . import abutting, box_on_deck, can, comb, eclipse, floor_wall, hinge, hole, plain, rise, sandwich, slab, spin, station_cut, tube, wedge
+from . import abutting, box_on_deck, can, comb, eclipse, floor_wall, hinge, hole, plain, rise, sandwich, slab, spin, station_cut, struts, tube, wedge
 
 ALL = [
     *abutting.CASES,
@@ -9,6 +9,7 @@ ALL = [
     *comb.CASES,
     *tube.CASES,
     *spin.CASES,
+    *struts.CASES,
     *can.CASES,
     *plain.CASES,
     *hole.CASES,
