@@ -105,8 +105,8 @@ pub struct Frontier {
     pub(crate) reference: Option<Result<FrontierReference, String>>,
 }
 
-/// Settings that stay as they are where the reference takes too long with finer ones: each costs much. The last one stays last: patches are what exchange
-/// is most wrong by.
+/// Settings that stay as they are where the reference takes too long with finer ones: each costs much. The last of them is left as it is only where the
+/// others do not suffice, because exchange errs most by its patches.
 const COSTLY: [&str; 4] = ["exchange.hold", "exchange.redraw_angle_deg", "network.integrator", "exchange.patch_edge"];
 
 const ACCURATE: Moves = Moves::Network(Some(Integrator::Accurate));

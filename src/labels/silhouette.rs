@@ -87,7 +87,7 @@ impl Solids {
             |[x, y]: &[i64; 2]| (0..i64::from(image.width)).contains(x) && (0..i64::from(image.height)).contains(y);
         let drawn = pixels_of(&drawn, canvas.size[0].max(1) as usize).map(|[x, y]| [x + left, y + top]);
         let (inside, beyond): (Vec<_>, Vec<_>) = drawn.partition(in_frame);
-        // The image may show an object in a pixel at its edge of which the rasteriser meets no sample. Where nothing hides the object, the image alone tells.
+        // At its edge an object may show in a pixel of which the rasteriser meets no sample. An object that nothing hides is all in the image.
         let mut full = visible.clone();
         if !is_alone {
             inside.into_iter().for_each(|[x, y]| full[y as usize * width + x as usize] = true);
@@ -151,4 +151,27 @@ fn touches_the_border(mask: &[bool], width: usize) -> bool {
     let last = (mask.len() / width.max(1)).saturating_sub(1);
     let on_border = |at: usize| [0, width - 1].contains(&(at % width)) || [0, last].contains(&(at / width));
     mask.iter().enumerate().any(|(at, set)| *set && on_border(at))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::image::tests::{small, small_craft};
+    use super::*;
+
+    /// A pixel at an edge may show an object of which the rasteriser meets no sample there.
+    #[test]
+    fn a_silhouette_holds_every_pixel_that_shows_its_object() {
+        let (mut image, solids) = (small(), Solids::new(&small_craft()));
+        let width = image.width as usize;
+        let before = solids.silhouettes(&image);
+        let free = (0..image.pixels()).find(|pixel| image.channels.part[*pixel] == 0 && !before[0].full[*pixel]);
+        let free = free.expect("a pixel beside the hull");
+        image.channels.part[free] = 1;
+        let after = &solids.silhouettes(&image)[0];
+        assert!(after.visible.iter().zip(&after.full).all(|(visible, full)| !visible || *full));
+        assert_eq!(after.count, before[0].count + 1);
+        let [x, y] = [(free % width) as i64, (free / width) as i64];
+        let PixelBounds { first, last } = after.bounds.expect("a box");
+        assert!(first[0] <= x && x <= last[0] && first[1] <= y && y <= last[1]);
+    }
 }

@@ -22,7 +22,7 @@ mod surface;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use self::moments::{DARK, LIT, Moment, NodeLight, Passage, Shadows};
+use self::moments::{DARK, LIT, Moment, NodeLight, Shadows, SunRays};
 use self::place::Beginning;
 use self::surface::{Foil, FoilSurface, FoilTriangle};
 use super::network::SceneNetwork;
@@ -34,7 +34,7 @@ use crate::scene::{Initial, Scene};
 use crate::thermal::material::Material;
 use crate::trace::span;
 
-/// Share of the shortest time constant that an interval of the past lasts at least, where steps are shorter.
+/// Share of the shortest time constant that an interval of the past lasts: whole steps, or an even part of one.
 const INTERVAL: f64 = 0.15;
 /// The same where the light turns far in steps: of those that are in view the past is then four time constants long.
 const LEAST_INTERVAL: f64 = 0.05;
@@ -80,8 +80,8 @@ pub struct PastLight {
     scene: Arc<PixelLight>,
     /// The oldest first.
     moments: Vec<Arc<Moment>>,
-    /// The ways from each moment to the next.
-    passages: Vec<Option<Passage>>,
+    /// Sun and joints between each moment and the next ([`Moment::quarters`]).
+    quarters: Vec<Option<[SunRays; 3]>>,
     begins: Beginning,
 }
 
@@ -160,9 +160,9 @@ impl PixelLight {
         // The oldest first. New moments make room among those that no later image needs.
         let moment = |(times, shadows)| self.moment(loads, materials, times, shadows);
         let moments: Vec<_> = intervals.into_iter().rev().map(moment).collect();
-        let passages = moments.windows(2).map(|pair| Passage::new(&pair[0], &pair[1])).collect();
+        let quarters = moments.windows(2).map(|pair| pair[0].quarters(&pair[1])).collect();
         let begins = if begins_in_view { self.start } else { Beginning::Past };
-        Some(PastLight { scene: Arc::clone(self), moments, passages, begins })
+        Some(PastLight { scene: Arc::clone(self), moments, quarters, begins })
     }
 
     /// The light between two times [s], with the shadows between two others.

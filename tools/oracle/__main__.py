@@ -136,6 +136,7 @@ def check(cases: list[Case], program: Path, work: Path, device: str | None, erro
             continue
         took = f"{time.monotonic() - began:.1f}"
         table = np.loadtxt(DATA / f"{case.table()}.csv", delimiter=",", skiprows=1, ndmin=2)
+        table[:, 0] /= case.table_steps
         of_probes = (table[:, 3] < 0).all()
         off, stated = (probed(case, table, out), None) if of_probes else differences(case, table, out)
         row = verdict(case, off, stated)

@@ -28,6 +28,8 @@ class Case:
     bounds: Bounds
     # Table of the truth; cases with several meshes share one.
     data: str = ""
+    # Steps of the table in one of its own.
+    table_steps: int = 1
     # Whether it runs only with --long.
     long: bool = False
     # Names of the parts that the truth numbers.

@@ -4,7 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from . import gltf, pixels
 from .balance import Finish
+from .camera import Camera
 from .case import SIGMA
 from .rays import Rays, lit_points
 
@@ -70,3 +72,23 @@ def followed(
         if (number + 1) % parts == 0 and (number + 1) // parts in keep:
             found[(number + 1) // parts] = kelvin.copy()
     return found
+
+
+def followed_in_pixels(
+    parts: list[gltf.Part], finishes: dict[str, Finish], camera: Camera, sun: Callable[[float], tuple[np.ndarray, float]], initial: float, step: float, keep: list[int], pieces: int, only: set[str] | None = None,
+) -> list[tuple[int, int, int, int, float]]:  # fmt: skip
+    """Rows of a table for the pixels that see parts, all or these `only`, each place followed by itself under the Sun alone, in `pieces` of a step."""
+    triangles = np.concatenate([part.triangles for part in parts])
+    part_of = np.repeat(np.arange(len(parts)), [len(part.triangles) for part in parts])
+    normals = gltf.flat_normals(triangles)
+    scene = Rays(triangles)
+    _, plane = np.unique(np.round(np.column_stack([part_of, normals, (normals * triangles[:, 0]).sum(1)]), 3), axis=0, return_inverse=True)
+    seen = pixels.seen(camera, scene, plane.ravel(), 1200)
+    table = []
+    for number, part in enumerate(parts):
+        if only is not None and part.name not in only:
+            continue
+        own = np.flatnonzero(part_of[seen.triangle] == number)
+        found = followed(seen.place[own], normals[seen.triangle[own]], finishes[part.material], scene, sun, lambda _: 0.0, initial, step, keep, parts=pieces, samples=16)
+        table += [(kept, int(seen.u[k]), int(seen.v[k]), number, float(kelvin)) for kept, all_of in found.items() for k, kelvin in zip(own, all_of, strict=True)]
+    return table

@@ -1,6 +1,9 @@
 """The text of scenes. Needs numpy alone."""
 
+from collections.abc import Callable
 from pathlib import Path
+
+import numpy as np
 
 from . import gltf
 from .camera import Camera
@@ -12,6 +15,21 @@ def still_sun(beta_deg: float) -> str:
         f"[orbit]\naltitude = 408e3\nbeta_deg = {beta_deg}\n[attitude]\nmode = \"inertial\"\nquaternion = [1, 0, 0, 0]\n"
         "[environment]\nsolar_constant = 1361.0\neclipse = false\n"
     )
+
+
+def spin(beta_deg: float, rate_deg: float) -> str:
+    """The same, but the craft turns about its +Z by so many degrees a second."""
+    return still_sun(beta_deg).replace('mode = "inertial"', f'mode = "spin"\nspin_axis = "+Z"\nrate_deg = {rate_deg}')
+
+
+def turning_sun(beta_deg: float, rate_deg: float) -> Callable[[float], tuple[np.ndarray, float]]:
+    """Direction of the Sun in the body of such a craft at a time, and its flux [W/m2]."""
+
+    def sun(time: float) -> tuple[np.ndarray, float]:
+        turn, beta = np.radians(rate_deg * time), np.radians(beta_deg)
+        return np.array([np.cos(beta) * np.cos(turn), -np.cos(beta) * np.sin(turn), np.sin(beta)]), 1361.0
+
+    return sun
 
 
 def material(name: str, absorptivity: float, emissivity: float, capacity: float, back: tuple[float, float] | None = None, conducts: float | None = None) -> str:

@@ -3,6 +3,7 @@
 use super::Renderer;
 use crate::environment::shadow::LightAndPoses;
 use crate::exchange::sky::LastFound;
+use crate::gpu::effects::exchange::tables::places_of;
 use crate::gpu::effects::exchange::{EMITTED, ON_NODES, RECEIVED, REFLECTED, SEEN, SUNLIGHT};
 use crate::gpu::effects::light::{LIT_FRONT, LIT_X, LIT_Y, LIT_Z};
 use crate::gpu::effects::network::state::OnePass;
@@ -84,7 +85,7 @@ impl Renderer {
         for (resource, count) in self.state_buffers() {
             let mut values = self.resources.download(&mut self.once, resource, count)?;
             if let Some((order, each)) = self.order_of(resource) {
-                values = by_patch(&values, order, each);
+                values = taken(&values, &places_of(order), each);
             }
             buffers.push((resource.name.to_owned(), values));
         }
@@ -127,7 +128,7 @@ impl Renderer {
         for (resource, count) in self.state_buffers() {
             let values = saved.buffer(resource.name).ok_or_else(|| Misfit::Absent(resource.name.to_owned()))?;
             check_length(resource.name, values, count)?;
-            match self.order_of(resource).map(|(order, each)| by_place(values, order, each)) {
+            match self.order_of(resource).map(|(order, each)| taken(values, order, each)) {
                 Some(values) => self.resources.upload(&mut self.once, resource, &values)?,
                 None => self.resources.upload(&mut self.once, resource, values)?,
             }
@@ -211,20 +212,8 @@ impl Renderer {
     }
 }
 
-/// Values of the places of the device, by patch. The last place has no patch and stays.
-fn by_patch(values: &[f32], order: &[u32], each: usize) -> Vec<f32> {
-    let mut patches = values.to_vec();
-    for (place, patch) in values.chunks_exact(each).zip(order) {
-        patches[*patch as usize * each..][..each].copy_from_slice(place);
-    }
-    patches
-}
-
-/// The inverse of [`by_patch`].
-fn by_place(values: &[f32], order: &[u32], each: usize) -> Vec<f32> {
-    let mut places = values.to_vec();
-    for (place, patch) in places.chunks_exact_mut(each).zip(order) {
-        place.copy_from_slice(&values[*patch as usize * each..][..each]);
-    }
-    places
+/// The values of a buffer in another order: `of` has the place from which the values of each place come. The last place has no patch and stays.
+fn taken(values: &[f32], of: &[u32], each: usize) -> Vec<f32> {
+    let moved = of.iter().flat_map(|place| &values[*place as usize * each..][..each]);
+    moved.chain(&values[of.len() * each..]).copied().collect()
 }

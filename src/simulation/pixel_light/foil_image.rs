@@ -133,8 +133,8 @@ impl<'a> FoilImage<'a> {
         }
         let scene = &*self.past.scene;
         let positions = triangle.nodes.map(|node| scene.surface.nodes[node].position);
-        let PastLight { moments, passages, begins, .. } = self.past;
-        let places = Places::new((&scene.surface, &scene.trees), (moments, passages, *begins), (triangle, &lit));
+        let PastLight { moments, quarters, begins, .. } = self.past;
+        let places = Places::new((&scene.surface, &scene.trees), (moments, quarters, *begins), (triangle, &lit));
         let slots = triangle.nodes.map(|node| scene.surface.nodes[node].slot as usize);
         let temperatures = self.temperatures.map(|all| slots.map(|slot| all[slot]));
         let corners = self.corners(triangle);

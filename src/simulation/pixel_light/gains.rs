@@ -38,12 +38,12 @@ impl<'a> FoilGains<'a> {
     /// The derivatives of a place between three nodes, whose temperatures [K] count with radiation between surfaces. `None` where the place is no foil, or where its nodes show its light.
     pub(crate) fn derivatives(&self, slots: [usize; 3], weights: [f64; 3], kelvin: [f64; 3]) -> Option<OwnDerivatives> {
         let triangle = *self.triangles.get(&slots)?;
-        let PastLight { scene, moments, passages, begins } = self.past;
+        let PastLight { scene, moments, quarters, begins } = self.past;
         let (lit, now) = (self.past.known(triangle), moments.last()?);
         if lit.is_empty() {
             return None;
         }
-        let places = Places::new((&scene.surface, &scene.trees), (moments, passages, *begins), (triangle, &lit));
+        let places = Places::new((&scene.surface, &scene.trees), (moments, quarters, *begins), (triangle, &lit));
         let of_nodes = places.of_nodes(self.past.needs_temperatures().then_some(kelvin))?;
         let nodes = triangle.nodes.map(|node| &scene.surface.nodes[node]);
         let place = interpolate(nodes.map(|node| node.position), weights);

@@ -40,7 +40,7 @@ pub(super) struct SunRays {
     poses: Vec<[DAffine3; 2]>,
 }
 
-/// Largest turn of the Sun from moment to moment [rad] between which there are others.
+/// Turn of the Sun from one moment to the next [rad] from which on nothing is known of the time between them.
 const FAR: f64 = 0.5;
 
 impl SunRays {
@@ -73,31 +73,6 @@ impl SunRays {
         let start = pose.transform_point3(place) + trees.start * outward * cosine.signum();
         let frame = |joint: usize| poses.get(joint).map(|[_, frame]| frame);
         free_share(*sun, shape, |direction| !trees.hide(start, direction, f64::INFINITY, frame))
-    }
-}
-
-/// The way from the middle of a moment to the middle of the next.
-pub(super) struct Passage {
-    /// Sun and joints at a quarter, the half and three quarters of it.
-    pub(super) quarters: [SunRays; 3],
-    /// Share of it that belongs to the first moment.
-    pub(super) end: f64,
-    /// Its time over the lengths of both moments.
-    pub(super) over: [f64; 2],
-}
-
-impl Passage {
-    /// The way between two moments. `None` in the dark, and where the Sun jumps.
-    pub(super) fn new(from: &Moment, to: &Moment) -> Option<Self> {
-        let [one, other] = [from.rays.as_deref()?, to.rays.as_deref()?];
-        let lengths = [from.length, to.length];
-        let goes = lengths.iter().all(|length| *length > 0.0) && one.sun.angle_between(other.sun) < FAR;
-        let whole = 0.5 * (from.length + to.length);
-        goes.then(|| Self {
-            quarters: [0.25, 0.5, 0.75].map(|share| SunRays::between(one, other, share)),
-            end: 0.5 * from.length / whole,
-            over: lengths.map(|length| whole / length),
-        })
     }
 }
 
@@ -186,6 +161,13 @@ impl Moment {
         surface.share(&mut shown);
         nodes.iter_mut().zip(shown).for_each(|(node, shown)| node.shown = shown);
         Self { key, length, nodes, space: load.background_temperature.powi(4), rays: shadows.rays.clone() }
+    }
+
+    /// Sun and joints at a quarter, the half and three quarters of the way from the middle of this moment to the middle of the next. `None` in the dark, and where the Sun jumps.
+    pub(super) fn quarters(&self, next: &Self) -> Option<[SunRays; 3]> {
+        let [own, other] = [self.rays.as_deref()?, next.rays.as_deref()?];
+        let goes = self.length > 0.0 && next.length > 0.0 && own.sun.angle_between(other.sun) < FAR;
+        goes.then(|| [0.25, 0.5, 0.75].map(|share| SunRays::between(own, other, share)))
     }
 
     /// Whether the Sun stands behind a surface of a joint, whose front has this normal in the frame of the joint.

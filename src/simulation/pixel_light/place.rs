@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::disc::SunShape;
-use super::moments::{Moment, NodeLight, Passage, SunRays};
+use super::moments::{Moment, NodeLight, SunRays};
 use super::surface::{Foil, FoilSurface, FoilTriangle};
 use crate::environment::shadow::JointTrees;
 
@@ -57,8 +57,8 @@ pub(super) struct Places<'a> {
     trees: &'a JointTrees,
     /// The oldest first.
     moments: &'a [Arc<Moment>],
-    /// The ways from each moment to the next.
-    passages: &'a [Option<Passage>],
+    /// Sun and joints between each moment and the next.
+    quarters: &'a [Option<[SunRays; 3]>],
     begins: Beginning,
     triangle: &'a FoilTriangle,
     /// Whether it is lit at each moment, `None` where a ray has to tell.
@@ -71,10 +71,10 @@ impl<'a> Places<'a> {
     /// The places of a triangle that is lit as is known at each moment.
     pub(super) fn new(
         (surface, trees): (&'a FoilSurface, &'a JointTrees),
-        (moments, passages, begins): (&'a [Arc<Moment>], &'a [Option<Passage>], Beginning),
+        (moments, quarters, begins): (&'a [Arc<Moment>], &'a [Option<[SunRays; 3]>], Beginning),
         (triangle, known): (&'a FoilTriangle, &'a [Option<bool>]),
     ) -> Self {
-        let places = Self { surface, trees, moments, passages, begins, triangle, known, mean: 0.0 };
+        let places = Self { surface, trees, moments, quarters, begins, triangle, known, mean: 0.0 };
         Self { mean: places.mean(), ..places }
     }
 
@@ -155,37 +155,28 @@ impl<'a> Places<'a> {
         let (place, sides) = ((place, self.joint()), (*normal, *both_sides));
         let middles = self.lit(|moment| self.moments[moment].sun_share(self.trees, place, sides, shape));
         let now = middles.last().copied().unwrap_or(0.0);
-        (self.means(middles, |rays| rays.share(self.trees, place, sides, shape)), now)
+        (self.means(&middles, |rays| rays.share(self.trees, place, sides, shape)), now)
     }
 
     /// Means over moments of shares that are known in their middles. Between two recent ones that differ, rays find the quarter of the way in which the share changes.
-    fn means(&self, middles: Vec<f64>, rays: impl Fn(&SunRays) -> f64) -> Vec<f64> {
-        let mut means = middles.clone();
-        for (moment, pair) in middles.windows(2).enumerate().skip(self.first_recent()) {
+    fn means(&self, middles: &[f64], rays: impl Fn(&SunRays) -> f64) -> Vec<f64> {
+        let mut means = middles.to_vec();
+        for (number, pair) in middles.windows(2).enumerate().skip(self.first_recent()) {
             let change = pair[1] - pair[0];
-            let Some(Passage { quarters, end, over }) = self.passages[moment].as_ref() else { continue };
-            if change.abs() < CHANGES {
-                continue;
-            }
-            let is_past = |quarter: usize| (rays(&quarters[quarter]) - pair[0]).abs() > 0.5 * change.abs();
-            let at = match is_past(1) {
-                true => {
-                    if is_past(0) {
-                        0.125
-                    } else {
-                        0.375
-                    }
-                }
-                false => {
-                    if is_past(2) {
-                        0.625
-                    } else {
-                        0.875
-                    }
-                }
+            let Some(quarters) = self.quarters[number].as_ref().filter(|_| change.abs() >= CHANGES) else { continue };
+            let is_past = |place: usize| (rays(&quarters[place]) - pair[0]).abs() > 0.5 * change.abs();
+            let by_half = is_past(1);
+            let at = match (by_half, is_past(if by_half { 0 } else { 2 })) {
+                (true, true) => 0.125,
+                (true, false) => 0.375,
+                (false, true) => 0.625,
+                (false, false) => 0.875,
             };
-            means[moment] += change * (end - at).max(0.0) * over[0];
-            means[moment + 1] -= change * (at - end).max(0.0) * over[1];
+            // The way has the last half of this moment, and the first half of the next.
+            let [own, next] = [number, number + 1].map(|number| self.moments[number].length);
+            let [before, after] = [at, 1.0 - at].map(|share| share * 0.5 * (own + next));
+            means[number] += change * (0.5 - before / own).max(0.0);
+            means[number + 1] -= change * (0.5 - after / next).max(0.0);
         }
         means
     }

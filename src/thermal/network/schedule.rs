@@ -97,7 +97,7 @@ pub struct Thermostat {
 }
 
 impl Thermostat {
-    /// Whether the heater of a scene is on at time 0, with its sensor at `sensed` [K]: a scene begins beyond no threshold.
+    /// Whether the heater of a scene is on at time 0, with its sensor at `sensed` [K]. Below the band it is on, above it off.
     pub(crate) fn begins_on(&self, sensed: f64) -> bool {
         sensed < self.on_below || (self.initially_on && sensed <= self.off_above)
     }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::Exchanged;
+use super::tables::places_of;
 use crate::environment::StepLoad;
 use crate::exchange::mirrors::{Mirrored, Mirrors};
 use crate::exchange::sky::{Due, Renewal};
@@ -87,8 +88,7 @@ impl Exchanging {
 
 /// Rows of mirrored sunlight in the order of the device: the pairs of each patch by their first and the one after the last, then all pairs.
 fn rows(mirrored: &Mirrored, order: &[u32]) -> Vec<[u32; 2]> {
-    let mut places = vec![0u32; order.len()];
-    (0..).zip(order).for_each(|(place, patch)| places[*patch as usize] = place);
+    let places = places_of(order);
     let mut rows = vec![[0; 2]; order.len()];
     for (place, patch) in order.iter().enumerate() {
         let first = rows.len() as u32;

@@ -196,7 +196,7 @@ fn patch_of_device(exchange: &Exchange, number: usize) -> ExchangePatch {
 }
 
 /// The place of each patch in an order.
-fn places_of(order: &[u32]) -> Vec<u32> {
+pub(crate) fn places_of(order: &[u32]) -> Vec<u32> {
     let mut places = vec![0u32; order.len()];
     (0..).zip(order).for_each(|(place, patch)| places[*patch as usize] = place);
     places
