@@ -33,7 +33,7 @@ impl Scenery {
         Self { occluders: Occluders::new(&positions, &surface.triangles), poses: poses.to_vec() }
     }
 
-    fn placed(&self, [from, direction]: Ray, joint: u32) -> Ray {
+    pub(super) fn placed(&self, [from, direction]: Ray, joint: u32) -> Ray {
         match self.poses.get(joint as usize) {
             Some(pose) => [pose.transform_point3(from), pose.matrix3 * direction],
             None => [from, direction],

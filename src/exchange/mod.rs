@@ -14,6 +14,7 @@ pub(crate) mod bundles;
 pub(crate) mod cast;
 pub(crate) mod defects;
 pub(crate) mod directions;
+mod echoes;
 pub(crate) mod errors;
 pub(crate) mod factors;
 pub(crate) mod for_light;

@@ -30,6 +30,8 @@ pub(crate) struct Slopes {
     nodes: Arc<Vec<(u32, f64)>>,
     /// Way of each of these nodes from the centre of its patch, in the file's pose [m].
     pub(crate) ways: Vec<Vec3>,
+    /// Share of what each patch absorbs that reflections carry too far ([`super::echoes`]). Empty where it is 0.
+    pub(super) spread: Vec<f64>,
 }
 
 /// A patch among its neighbours.
@@ -82,7 +84,7 @@ impl Slopes {
             Slope { nodes: nodes_of.clone(), spread, radius, neighbours }
         };
         let patches = patches.par_iter().enumerate().map(slope).collect();
-        Self { patches, nodes: Arc::clone(nodes), ways }
+        Self { patches, nodes: Arc::clone(nodes), ways, spread: Vec::new() }
     }
 
     /// What each node of each patch absorbs above the mean of the patch, where patches absorb these fluxes [W/m2]. Empty where none differs.
@@ -127,6 +129,7 @@ impl Slopes {
     /// - Neighbours that lie off the plane tell how much the flux bends. Within a patch it bends less by the square of the distances.
     /// - At a rim all neighbours lie on one side, so a flux that bends tilts the plane. How gradients differ tells by how much.
     /// - What was taken off a gradient counts whole.
+    /// - Light that goes to and fro between shiny patches is spread over each of them. As much of the largest difference between the patch and its neighbours is uncertain.
     ///
     /// A plane that is steep over a short way between two patches says nothing of a wide one. So no error is larger than the largest difference between the patch and its neighbours.
     pub(crate) fn errors(&self, absorbed: &[f64]) -> Vec<f64> {
@@ -147,7 +150,8 @@ impl Slopes {
             };
             let apart = |other: &Neighbour| (absorbed[other.patch as usize] - absorbed[number]).abs();
             let most = slope.neighbours.iter().map(apart).fold(0.0, f64::max);
-            (bends + slope.nodes.clone().map(lost).sum::<f64>()).sqrt().min(most)
+            let spread = self.spread.get(number).map_or(0.0, |spread| spread * most);
+            (bends + slope.nodes.clone().map(lost).sum::<f64>() + spread * spread).sqrt().min(most)
         };
         self.patches.par_iter().enumerate().map(of).collect()
     }

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use super::balance_sides::sides_of;
 use super::cast::{INSIDE, SPACE, Scenery, cast_rays};
 use super::directions::evenness;
+use super::echoes::{Echo, echoes, spread};
 use super::hold::together;
 use super::patches::{Gathered, NONE, PatchSurface, Patches, bin};
 use super::slopes::Slopes;
@@ -56,6 +57,8 @@ pub struct NodeViews {
 struct PoseViews {
     /// Shares of surfaces in the view of the front and the back of each node: space is the first, [`INNER`] are inner faces, and flat sides follow.
     seen: Vec<[SparseRow; 2]>,
+    /// How light comes back to the front and the back of each node.
+    echoes: Vec<[Echo; 2]>,
     /// Number of surfaces.
     surfaces: usize,
     /// Rays of a face.
@@ -81,7 +84,11 @@ impl NodeViews {
         let surfaces = sides.len() + INNER as usize + 1;
         let cooling_and_area: Vec<[f64; 2]> = faces.all.iter().map(|face| [face.cooling, face.area]).collect();
         let views = |poses: &[DAffine3]| {
-            let ends = cast_rays(surface, &faces, &Scenery::new(surface, poses), rays as u32, 0..count as u32);
+            let scenery = Scenery::new(surface, poses);
+            let ends = cast_rays(surface, &faces, &scenery, rays as u32, 0..count as u32);
+            let back = echoes(surface, &faces, &scenery, &ends, rays);
+            let echo = |face: &u32| back.get(*face as usize).copied().unwrap_or_default();
+            let echoes = faces.of_node.iter().map(|faces| faces.each_ref().map(echo)).collect();
             let row = |ends: &[u32]| -> SparseRow {
                 let side = |end: &u32| match *end {
                     SPACE => 0,
@@ -95,7 +102,7 @@ impl NodeViews {
             let rows: Vec<SparseRow> = ends.par_chunks(rays).map(row).collect();
             let of_face = |face: &u32| if *face == NONE { SparseRow::new() } else { rows[*face as usize].clone() };
             let seen = faces.of_node.iter().map(|faces| [of_face(&faces[0]), of_face(&faces[1])]).collect();
-            (PoseViews { seen, surfaces, rays }, together(&cooling_and_area, &ends, rays))
+            (PoseViews { seen, echoes, surfaces, rays }, together(&cooling_and_area, &ends, rays))
         };
         let poses = std::iter::once(&[][..]).chain(others.iter().map(Vec::as_slice));
         let (poses, together): (_, Vec<f64>) = poses.map(views).unzip();
@@ -200,7 +207,11 @@ impl Patches {
     /// Gathers nodes into patches of at most about `edge` [m], and splits those over which the view of the nodes changes. Fluxes differ from node to node within these.
     pub fn resolved(surface: &PatchSurface, materials: &[Material], edge: f64, views: &NodeViews) -> Self {
         let gathered = Self::gathered(surface, materials, edge, &views.buried());
-        Self::of(surface, materials, views.split(surface, gathered)).with_slopes(surface)
+        let mut patches = Self::of(surface, materials, views.split(surface, gathered)).with_slopes(surface);
+        let of_poses = views.poses.iter().map(|pose| spread(&patches, &pose.echoes));
+        let most = of_poses.max_by(|a, b| a.iter().sum::<f64>().total_cmp(&b.iter().sum())).unwrap_or_default();
+        Arc::make_mut(&mut patches.slopes).spread = most;
+        patches
     }
 
     /// The same patches, with fluxes that differ from node to node.
