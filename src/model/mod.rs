@@ -18,6 +18,7 @@ mod error;
 mod faces;
 mod format;
 mod graph;
+mod hanging;
 mod instances;
 mod load;
 mod measure;

@@ -54,6 +54,12 @@ struct Heated {
     thermostat: Option<Thermostat>,
 }
 
+impl Heated {
+    fn in_one_pass(&self) -> OnePassHeater {
+        OnePassHeater { shares: self.shares.clone(), thermostat: self.thermostat.clone() }
+    }
+}
+
 /// The network of a scene.
 #[derive(Debug)]
 pub struct SceneNetwork {
@@ -215,9 +221,7 @@ impl SceneNetwork {
     }
 
     fn heaters(&self) -> Vec<OnePassHeater> {
-        let heater =
-            |heated: &Heated| OnePassHeater { shares: heated.shares.clone(), thermostat: heated.thermostat.clone() };
-        self.heated.iter().map(heater).collect()
+        self.heated.iter().map(Heated::in_one_pass).collect()
     }
 
     /// Remarks for the user.

@@ -153,8 +153,16 @@ pub(super) fn at_density(
     progress: &mut dyn FnMut(PrepareStage),
 ) -> Result<Dense, PrepareError> {
     density::choose(scene, &model);
-    let (model, merged) = density::merge(scene, model)?;
+    let (mut model, merged) = density::merge(scene, model)?;
     scene.assumptions.extend(merged.as_ref().map(density::describe));
+    let conducts = |material: u32| matches!(materials[material as usize].response, Response::Network);
+    let split = model.split_at_hanging_vertices(conducts);
+    if split > 0 {
+        scene.assumptions.push(format!(
+            "model: {split} triangles were split at vertices within their edges, so that heat is conducted across"
+        ));
+        model = model.weld();
+    }
     // Splitting appends vertices, so these triangles keep their corners.
     let occluders = if scene.shadows.is_some() { model.triangles.clone() } else { Vec::new() };
     let has_network = materials.iter().any(|material| matches!(material.response, Response::Network));

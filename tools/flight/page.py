@@ -94,10 +94,20 @@ def value_rows(result):
 def paper(result):
     if result.checks is None:
         return "The statements were not run with this page: `isotherm paper -o out/paper`, then `--paper out/paper`.\n"
-    rows = "\n".join(
-        "| {statement} | {expected} | {computed} | {agrees} |".format(**row) for row in result.checks
-    )
-    return f"| statement | paper | computed | agrees |\n|---|---|---|---|\n{rows}\n"
+    # Points of curves are many and alike, so each figure of them has one row.
+    curves, rows = {}, []
+    for row in result.checks:
+        if row["statement"].startswith("figure "):
+            curves.setdefault(row["statement"].split(".")[0], []).append(row)
+        else:
+            name, agrees = row["statement"].removeprefix("scenario: "), "yes" if row["agrees"] == "true" else "**no**"
+            rows.append(f"| {name} | {row['expected']} | {float(row['computed']):.6g} | {agrees} |")
+    points = [
+        f"| {name}, {len(of)} points of curves | | at most {max(abs(float(row['computed']) - float(row['expected'])) for row in of):.1g} K off "
+        f"| {sum(row['agrees'] == 'true' for row in of)} of {len(of)} |"
+        for name, of in curves.items()
+    ]
+    return "| statement | paper | computed | agrees |\n|---|---|---|---|\n" + "\n".join([*points, *rows]) + "\n"
 
 
 def text(result):

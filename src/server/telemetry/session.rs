@@ -96,8 +96,6 @@ impl TelemetrySession<'_> {
             let told = self.server.scenes.told();
             return Err(Refusal::because(format!("there is no scene '{}'; {told}", open.scene)));
         };
-        // The craft before is no more than memory now.
-        self.open = None;
         let mut craft = ServedCraft::new(scene, self.server, self.session)?;
         let simulation = craft.simulation();
         let parts = chosen_parts(&simulation.prepared().parts, &open.parts)?;

@@ -155,9 +155,10 @@ impl SceneNetwork {
             }
         }
         let integrator = scene.network.integrator;
+        let heaters: Vec<_> = heated.iter().map(Heated::in_one_pass).collect();
         let one_pass = integrator
             .takes_one_pass()
-            .then(|| OnePassPlan::fitting(&shell.network, scene.time.step, &hottest_of_node));
+            .then(|| OnePassPlan::fitting_heaters(&shell.network, scene.time.step, &hottest_of_node, &heaters));
         let usual = if matches!(one_pass, Some(Ok(_))) { ONE_PASS_TOLERANCE } else { integrator.tolerance() };
         let settings = IntegrationSettings { integrator, tolerance: scene.network.tolerance.unwrap_or(usual) };
         let (step, horizon) = (scene.time.step, scene.orbit.period());

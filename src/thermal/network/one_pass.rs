@@ -12,6 +12,7 @@ mod blocks;
 mod conduction;
 mod exponential;
 mod halving;
+mod lag;
 mod large;
 mod order;
 mod plan;

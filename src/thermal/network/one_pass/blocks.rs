@@ -46,6 +46,10 @@ pub(crate) enum Unfit {
         /// Number of its time constants in a step.
         ratio: f64,
     },
+    /// The sensor of a thermostat that follows its heater so late that its way bends in a step.
+    Lagging {
+        node: usize,
+    },
 }
 
 impl Unfit {
@@ -78,6 +82,10 @@ impl fmt::Display for Unfit {
                      it takes {FADED:.0}"
                 )
             }
+            Self::Lagging { node } => write!(
+                out,
+                "node {node}, the sensor of a thermostat, follows its heater too late for a step of this length"
+            ),
         }
     }
 }

@@ -66,7 +66,7 @@ impl OnePassPlan {
         Self::halved(network, step, hottest, 0)
     }
 
-    fn halved(network: &Network, step: f64, hottest: &[f64], halvings: u32) -> Result<Arc<Self>, Unfit> {
+    pub(super) fn halved(network: &Network, step: f64, hottest: &[f64], halvings: u32) -> Result<Arc<Self>, Unfit> {
         let step = step / f64::from(1u32 << halvings);
         let division = Division::new(network, step, hottest)?;
         let (blocks, kinds) = kinds(network, &division);
