@@ -2,24 +2,28 @@
 
 use rayon::prelude::*;
 
+use crate::model::nodes::GROUP;
 use crate::simulation::prepare::Prepared;
 
 /// Half of the distance of each drawn node's temperature from the mean of the nodes to which it conducts [K]. On an even mesh with edges h that is h2 T''/4. Lines
-/// between nodes leave out h2 T''/8 in their middle, and the balance of the nodes errs by about as much. Empty without a network.
+/// between nodes leave out h2 T''/8 in their middle, and the balance of the nodes errs by about as much. Contacts join other parts or materials, between which no line is drawn. Empty without a network.
 pub(super) fn lines(prepared: &Prepared, temperatures: &[f32]) -> Vec<f64> {
     let Some(scene) = &prepared.network else { return Vec::new() };
     let network = scene.network();
     let mut known = vec![f64::NAN; network.len()];
-    let drawn: Vec<usize> = (0..temperatures.len()).filter(|slot| scene.has(*slot)).collect();
-    for slot in &drawn {
-        known[scene.node_of(*slot)] = f64::from(temperatures[*slot]);
+    let mut owner = vec![[u32::MAX; 2]; network.len()];
+    let nodes = &prepared.nodes;
+    for slot in (0..temperatures.len()).filter(|slot| scene.has(*slot)) {
+        let (node, group) = (scene.node_of(slot), slot / GROUP);
+        known[node] = f64::from(temperatures[slot]);
+        owner[node] = [nodes.group_part[group], nodes.group_material[group]];
     }
     let mut sums = vec![[0.0, 0.0]; network.len()];
     for conductor in &network.linear {
         let [a, b] = conductor.nodes.map(|node| node as usize);
         let apart = known[b] - known[a];
         // Nodes that no image shows have no known temperature.
-        if apart.is_finite() {
+        if apart.is_finite() && owner[a] == owner[b] {
             for (node, apart) in [(a, apart), (b, -apart)] {
                 sums[node][0] += conductor.conductance * apart;
                 sums[node][1] += conductor.conductance;
