@@ -22,7 +22,7 @@ mod surface;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use self::moments::{DARK, LIT, Moment, NodeLight, Shadows, SunRays};
+use self::moments::{DARK, LIT, Moment, NodeLight, Quarters, Shadows};
 use self::place::Beginning;
 use self::surface::{Foil, FoilSurface, FoilTriangle};
 use super::network::SceneNetwork;
@@ -81,7 +81,7 @@ pub struct PastLight {
     /// The oldest first.
     moments: Vec<Arc<Moment>>,
     /// Sun and joints between each moment and the next ([`Moment::quarters`]).
-    quarters: Vec<Option<[SunRays; 3]>>,
+    quarters: Vec<Quarters>,
     begins: Beginning,
 }
 

@@ -40,6 +40,9 @@ pub(super) struct SunRays {
     poses: Vec<[DAffine3; 2]>,
 }
 
+/// Sun and joints at a quarter, the half and three quarters of the way between two moments, where they are known.
+pub(super) type Quarters = Option<[SunRays; 3]>;
+
 /// Turn of the Sun from one moment to the next [rad] from which on nothing is known of the time between them.
 const FAR: f64 = 0.5;
 
@@ -164,7 +167,7 @@ impl Moment {
     }
 
     /// Sun and joints at a quarter, the half and three quarters of the way from the middle of this moment to the middle of the next. `None` in the dark, and where the Sun jumps.
-    pub(super) fn quarters(&self, next: &Self) -> Option<[SunRays; 3]> {
+    pub(super) fn quarters(&self, next: &Self) -> Quarters {
         let [own, other] = [self.rays.as_deref()?, next.rays.as_deref()?];
         let goes = self.length > 0.0 && next.length > 0.0 && own.sun.angle_between(other.sun) < FAR;
         goes.then(|| [0.25, 0.5, 0.75].map(|share| SunRays::between(own, other, share)))

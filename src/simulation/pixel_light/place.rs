@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::disc::SunShape;
-use super::moments::{Moment, NodeLight, SunRays};
+use super::moments::{Moment, NodeLight, Quarters, SunRays};
 use super::surface::{Foil, FoilSurface, FoilTriangle};
 use crate::environment::shadow::JointTrees;
 
@@ -58,7 +58,7 @@ pub(super) struct Places<'a> {
     /// The oldest first.
     moments: &'a [Arc<Moment>],
     /// Sun and joints between each moment and the next.
-    quarters: &'a [Option<[SunRays; 3]>],
+    quarters: &'a [Quarters],
     begins: Beginning,
     triangle: &'a FoilTriangle,
     /// Whether it is lit at each moment, `None` where a ray has to tell.
@@ -71,7 +71,7 @@ impl<'a> Places<'a> {
     /// The places of a triangle that is lit as is known at each moment.
     pub(super) fn new(
         (surface, trees): (&'a FoilSurface, &'a JointTrees),
-        (moments, quarters, begins): (&'a [Arc<Moment>], &'a [Option<[SunRays; 3]>], Beginning),
+        (moments, quarters, begins): (&'a [Arc<Moment>], &'a [Quarters], Beginning),
         (triangle, known): (&'a FoilTriangle, &'a [Option<bool>]),
     ) -> Self {
         let places = Self { surface, trees, moments, quarters, begins, triangle, known, mean: 0.0 };

@@ -100,7 +100,8 @@ mod tests {
     #[test]
     fn steps_are_short_enough_for_a_sensor_that_lags() {
         let (network, heater) = plates();
-        let fitting = |step: f64| OnePassPlan::fitting_heaters(&network, step, &[330.0; 2], &[heater.clone()]);
+        let fitting =
+            |step: f64| OnePassPlan::fitting_heaters(&network, step, &[330.0; 2], std::slice::from_ref(&heater));
         for step in [10.0, 20.0, 60.0] {
             let plan = fitting(step).expect("a plan");
             let found = period(&plan, &heater, step);
