@@ -87,7 +87,7 @@ impl Solids {
             |[x, y]: &[i64; 2]| (0..i64::from(image.width)).contains(x) && (0..i64::from(image.height)).contains(y);
         let drawn = pixels_of(&drawn, canvas.size[0].max(1) as usize).map(|[x, y]| [x + left, y + top]);
         let (inside, beyond): (Vec<_>, Vec<_>) = drawn.partition(in_frame);
-        // At its edge an object may show in a pixel of which the rasteriser meets no sample. An object that nothing hides is all in the image.
+        // The image may show an object in a pixel at its edge where the rasteriser meets no sample. The image holds all of an object that nothing hides.
         let mut full = visible.clone();
         if !is_alone {
             inside.into_iter().for_each(|[x, y]| full[y as usize * width + x as usize] = true);
@@ -158,7 +158,7 @@ mod tests {
     use super::super::image::tests::{small, small_craft};
     use super::*;
 
-    /// A pixel at an edge may show an object of which the rasteriser meets no sample there.
+    /// The image may show an object in a pixel at its edge where the rasteriser meets no sample.
     #[test]
     fn a_silhouette_holds_every_pixel_that_shows_its_object() {
         let (mut image, solids) = (small(), Solids::new(&small_craft()));

@@ -17,10 +17,9 @@ const ROUNDING: f64 = 5e-7;
 const CELLS: f64 = 256.0;
 
 /// An edge that only one triangle has.
+#[derive(Clone, Copy)]
 struct OpenEdge {
     triangle: usize,
-    /// Number of the edge in the triangle.
-    edge: usize,
     /// Vertices and places of its ends.
     vertices: [u32; 2],
     places: [u32; 2],
@@ -36,7 +35,7 @@ impl Model {
         let mut split = BTreeSet::new();
         for edges in self.open_edges(&place_of, counts).into_values() {
             let finder = HangingPlaces::new(&points, &edges, within);
-            // Of a triangle the first edge is split in place. Its pieces keep the others whole, so those are looked for in them.
+            // The pieces of a split triangle have its other edges whole, so these are looked for in them.
             let mut pieces_of: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
             for open in &edges {
                 let hanging = finder.on(open);
@@ -74,22 +73,16 @@ impl Model {
                 let places = vertices.map(|vertex| place_of[vertex as usize]);
                 let [a, b] = places;
                 if a != b {
-                    all.push((owner, [a.min(b), a.max(b)], OpenEdge { triangle, edge, vertices, places }));
+                    all.push((owner, [a.min(b), a.max(b)], OpenEdge { triangle, vertices, places }));
                 }
             }
         }
-        all.sort_by_key(|(owner, pair, open)| (*owner, *pair, open.triangle, open.edge));
+        all.sort_by_key(|(owner, pair, open)| (*owner, *pair, open.triangle));
         let mut open: BTreeMap<[u32; 2], Vec<OpenEdge>> = BTreeMap::new();
-        let mut same = 0;
-        let alone: Vec<bool> = (0..all.len())
-            .map(|at| {
-                let is_same = |other: usize| all.get(other).is_some_and(|one| (one.0, one.1) == (all[at].0, all[at].1));
-                same = usize::from(at > 0 && is_same(at - 1));
-                same == 0 && !is_same(at + 1)
-            })
-            .collect();
-        for ((owner, _, edge), _) in all.into_iter().zip(alone).filter(|(_, alone)| *alone) {
-            open.entry(owner).or_default().push(edge);
+        for same in all.chunk_by(|one, other| (one.0, one.1) == (other.0, other.1)) {
+            if let [(owner, _, edge)] = same {
+                open.entry(*owner).or_default().push(*edge);
+            }
         }
         open
     }
@@ -201,7 +194,7 @@ mod tests {
 
     use super::*;
 
-    /// A square whose right half has `pieces` quads, and whose left half is one.
+    /// A square: the left half is one quad, the right half has `pieces` of them.
     fn halves(pieces: u32, parts: [u32; 2]) -> Model {
         let mut model = Model::default();
         let mut quad = |x: [f64; 2], y: [f64; 2], part: u32| {

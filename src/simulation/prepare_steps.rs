@@ -159,7 +159,7 @@ pub(super) fn at_density(
     let split = model.split_at_hanging_vertices(conducts);
     if split > 0 {
         scene.assumptions.push(format!(
-            "model: {split} triangles were split at vertices within their edges, so that heat is conducted across"
+            "model: {split} triangle(s) have vertices of others within their edges, and were split there, so that heat is conducted across"
         ));
         model = model.weld();
     }

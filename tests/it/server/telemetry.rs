@@ -353,6 +353,9 @@ fn a_wrong_line_ends_nothing_and_a_refused_request_changes_nothing() {
         client.stream.write_all(b"\n  \r\n").expect("it takes blank lines");
         client.ask(json!({"request": "open", "scene": "craft"}));
         client.ask(at(0.0, DVec3::Z));
+        // The craft stays open.
+        let (kind, _) = client.refused(r#"{"request": "open", "scene": "craft", "parts": ["wing"]}"#);
+        assert_eq!(kind, "refused");
         for (step, reason) in [
             (r#"{"request": "step", "time": 10, "position": [1, 2, 3]}"#, "centre of a planet"),
             (r#"{"request": "step", "time": 10, "quaternion": [0, 0, 0, 0]}"#, "must be finite and not zero"),

@@ -30,15 +30,15 @@ impl OnePassPlan {
             return Ok(plan);
         }
         let finest = Self::halved(network, step, hottest, HALVINGS_AT_MOST)?;
-        let cold = sensed_after(&finest, &vec![0.0; network.len()]);
+        let unheated = vec![0.0; network.len()];
         let mut halvings = plan.halvings();
         for heater in heaters {
             let Some(thermostat) = &heater.thermostat else { continue };
-            let mut heat = vec![0.0; network.len()];
+            let mut heat = unheated.clone();
             heater.shares.iter().for_each(|(node, share)| heat[*node as usize] += share * thermostat.power);
             let sensor = thermostat.sensor as usize;
-            let rises: Vec<f64> =
-                sensed_after(&finest, &heat).iter().zip(&cold).map(|(hot, cold)| hot[sensor] - cold[sensor]).collect();
+            let [cold, hot] = [&unheated, &heat].map(|heat| sensed(&finest, sensor, heat));
+            let rises: Vec<f64> = hot.iter().zip(&cold).map(|(hot, cold)| hot - cold).collect();
             let allowed = HARMLESS.max(OF_BAND * (thermostat.off_above - thermostat.on_below));
             let is_straight = |halvings: u32| {
                 let part = 1 << (HALVINGS_AT_MOST - halvings);
@@ -52,13 +52,13 @@ impl OnePassPlan {
     }
 }
 
-/// Temperatures [K] at the start and after each of the shortest steps in two whole ones, under this heat [W].
-fn sensed_after(plan: &Arc<OnePassPlan>, heat: &[f64]) -> Vec<Vec<f64>> {
+/// Temperatures of a node [K] at the start and after each of the shortest steps in two whole ones, under this heat of all nodes [W].
+fn sensed(plan: &Arc<OnePassPlan>, node: usize, heat: &[f64]) -> Vec<f64> {
     let mut network = OnePassNetwork::new(plan, Vec::new(), f64::INFINITY);
-    let mut found = vec![network.temperatures().to_vec()];
+    let mut found = vec![network.temperatures()[node]];
     for _ in 0..2u32 << HALVINGS_AT_MOST {
         network.advance(heat, &[], 0.0, plan.step());
-        found.push(network.temperatures().to_vec());
+        found.push(network.temperatures()[node]);
     }
     found
 }
