@@ -1,9 +1,13 @@
-//! Meshes whose nodes lie too far apart to show shadows, or to conduct heat along a part.
+//! Meshes whose nodes lie too far apart to show shadows or to conduct heat along a part, and sheets that are drawn twice.
+
+use std::collections::HashMap;
 
 use super::finding::{Finding, named, short};
 use super::materials::MaterialFacts;
-use super::shapes::{PartShape, parts};
+use super::shapes::{PartShape, corners, parts};
+use crate::model::nodes::GROUP;
 use crate::simulation::prepare::Prepared;
+use crate::thermal::material::{Response, Sides};
 
 /// Edge of triangles as a share of the craft, above which shadows have no shape.
 const SHADOWED: f64 = 1.0 / 8.0;
@@ -59,5 +63,48 @@ pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], facts: &[Material
             ),
         });
     }
+    findings.extend(find_doubled_sheets(prepared, shapes));
     findings
+}
+
+/// Finds parts of a network that have one face of a sheet twice in one place. Two faces that look apart are the two sides of a body, unless each stands for both sides.
+fn find_doubled_sheets(prepared: &Prepared, shapes: &[PartShape]) -> Option<Finding> {
+    let doubled_area = |shape: &PartShape| {
+        let mut seen: HashMap<_, usize> = HashMap::new();
+        let mut doubled = 0.0;
+        for triangle in &shape.triangles {
+            let slot = prepared.triangles[*triangle as usize][0] as usize;
+            let number = prepared.nodes.group_material[slot / GROUP];
+            let material = &prepared.materials[number as usize];
+            if material.response != Response::Network {
+                continue;
+            }
+            let [a, b, c] = corners(prepared, *triangle);
+            // The corners from the least on, so that only the way round tells two faces of one place apart.
+            let mut ring = [a, b, c].map(|at| (at + 0.0).to_array().map(f64::to_bits));
+            let least = (0..3).min_by_key(|corner| ring[*corner]).unwrap_or(0);
+            ring.rotate_left(least);
+            if matches!(material.sides, Sides::Both { .. }) {
+                ring.sort_unstable();
+            }
+            let times = seen.entry((number, ring)).or_default();
+            *times += 1;
+            if *times > 1 {
+                doubled += 0.5 * (b - a).cross(c - a).length();
+            }
+        }
+        doubled
+    };
+    let doubled: Vec<(&PartShape, f64)> = shapes.iter().map(|shape| (shape, doubled_area(shape))).collect();
+    let doubled: Vec<(&PartShape, f64)> = doubled.into_iter().filter(|(_, area)| *area > 0.0).collect();
+    let about: Vec<&PartShape> = doubled.iter().map(|(shape, _)| *shape).collect();
+    (!doubled.is_empty()).then(|| Finding {
+        check: "mesh",
+        about: named("part", &parts(prepared, &about)),
+        message: format!(
+            "{} m2 are drawn twice in one place: each of the two sheets stores, conducts and radiates",
+            short(doubled.iter().map(|(_, area)| area).sum())
+        ),
+        remedy: "remove one of the two from the model, or halve the material's thickness".to_owned(),
+    })
 }

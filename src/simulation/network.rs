@@ -237,12 +237,6 @@ impl SceneNetwork {
                 summary.merged, summary.merge_rate
             ));
         }
-        if summary.clamped > 0 {
-            remarks.push(format!(
-                "{} negative conductances at borders of the network were set to 0: {:.2e} of all",
-                summary.clamped, summary.clamped_share
-            ));
-        }
         remarks.extend(self.beside(materials));
         remarks
     }
@@ -275,7 +269,6 @@ impl SceneNetwork {
             ("linear conductors".to_owned(), network.linear.len().to_string()),
             ("radiative conductors".to_owned(), network.radiative.len().to_string()),
             ("merged nodes".to_owned(), format!("{} (faster than {:.1} /s)", summary.merged, summary.merge_rate)),
-            ("clamped conductances".to_owned(), format!("{} ({:.2e} of all)", summary.clamped, summary.clamped_share)),
             ("edges flipped".to_owned(), summary.flips.to_string()),
             ("non-manifold edges".to_owned(), summary.non_manifold.to_string()),
             ("triangles too flat to conduct".to_owned(), summary.degenerate.to_string()),

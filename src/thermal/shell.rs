@@ -134,10 +134,6 @@ pub struct ShellSummary {
     pub(crate) merged: usize,
     /// Rate above which pairs were merged [1/s].
     pub(crate) merge_rate: f64,
-    /// Number of pairs of nodes whose negative conductance was set to 0.
-    pub(crate) clamped: usize,
-    /// Sum of the removed negative weights as a share of the sum of all weights.
-    pub(crate) clamped_share: f64,
     /// Number of edges flipped by the Delaunay triangulation.
     pub(crate) flips: usize,
     /// Number of edges that could not be flipped because more than two triangles meet there, or two with opposite winding.

@@ -145,6 +145,26 @@ fn coarse_meshes_are_told() {
     assert_eq!(found(&[(MAST, sheet)], |_| ()), []);
 }
 
+/// A sheet drawn twice stores and conducts twice. Its two sides, drawn as two faces that look apart, are a body.
+#[test]
+fn sheets_drawn_twice_are_told() {
+    let sheet = "response = \"network\"\nthickness = 0.002\ndensity = 2700\nspecific_heat = 900\nconductivity = 200\n[radiance]";
+    let doubled = |prepared: &mut Prepared, corners: fn([u32; 3]) -> [u32; 3]| {
+        let again: Vec<[u32; 3]> = prepared.triangles.iter().map(|triangle| corners(*triangle)).collect();
+        prepared.triangles.extend(again);
+    };
+    let twice = only(&[(MAST, sheet)], |prepared| doubled(prepared, |[a, b, c]| [c, a, b]));
+    assert!(twice.check == "mesh" && twice.about == "part 'mast'", "{twice:?}");
+    assert!(twice.message.contains("drawn twice in one place"), "{twice:?}");
+    let back = found(&[(MAST, sheet)], |prepared| doubled(prepared, |[a, b, c]| [a, c, b]));
+    assert!(back.iter().all(|one| !one.message.contains("drawn twice")), "{back:?}");
+    let sides = "emissivity = 0.85\nsides = \"outside\"\nresponse = \"instant\"\n[radiance]";
+    let both =
+        format!("emissivity = 0.85\nsides = \"both\"\nback = {{ absorptivity = 0.5, emissivity = 0.8 }}\n{sheet}");
+    let back = found(&[(sides, &both)], |prepared| doubled(prepared, |[a, b, c]| [a, c, b]));
+    assert!(back.iter().any(|one| one.message.contains("drawn twice")), "{back:?}");
+}
+
 /// Issue 33, point 2: settings that ran without a word.
 #[test]
 fn settings_that_hardly_mean_what_they_say_are_told() {

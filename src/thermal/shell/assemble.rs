@@ -126,12 +126,9 @@ impl ShellAssembly<'_> {
         intrinsic.make_delaunay();
         intrinsic.forget_twins();
         let weights = Weights::new(&intrinsic);
-        let total: f64 = weights.pairs.iter().map(|pair| pair.1).sum();
         self.summary.flips = intrinsic.flips;
         self.summary.non_manifold = intrinsic.non_manifold;
         self.summary.degenerate = weights.degenerate + collapsed;
-        self.summary.clamped = weights.clamped;
-        self.summary.clamped_share = if total > 0.0 { weights.clamped_weight / total } else { 0.0 };
         weights
     }
 

@@ -80,6 +80,31 @@ impl Mesh {
         mesh
     }
 
+    /// A good mesh with a point near each edge of the border, half the edge times `height` from its middle. The triangle between them has an obtuse angle, and no flip mends it.
+    pub(super) fn border_caps(n: usize, height: f64) -> Self {
+        let mut mesh = Self::jittered(n, 0.0);
+        let on_border = |p: DVec3| [p.x == 0.0, p.y == 0.0, p.x == 1.0, p.y == 1.0];
+        let mut triangles = Vec::new();
+        for triangle in std::mem::take(&mut mesh.triangles) {
+            let border = (0..3).find(|k| {
+                let [p, q] = [0, 1].map(|i| on_border(mesh.positions[triangle[(k + i) % 3] as usize]));
+                p.iter().zip(q).any(|(p, q)| *p && q)
+            });
+            let Some(k) = border else {
+                triangles.push(triangle);
+                continue;
+            };
+            let [a, b, c] = [0, 1, 2].map(|i| triangle[(k + i) % 3]);
+            let [pa, pb, pc] = [a, b, c].map(|v| mesh.positions[v as usize]);
+            let inwards = (pc - pa).reject_from(pb - pa).normalize();
+            let new = mesh.positions.len() as u32;
+            mesh.positions.push(0.5 * (pa + pb) + inwards * 0.5 * pa.distance(pb) * height);
+            triangles.extend([[a, b, new], [b, c, new], [c, a, new]]);
+        }
+        mesh.triangles = triangles;
+        mesh
+    }
+
     /// A sphere of radius 1: an octahedron subdivided `levels` times.
     pub(super) fn sphere(levels: u32) -> Self {
         let mut positions = vec![DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z];
