@@ -87,6 +87,14 @@ pub(crate) fn probes_off<'a>(prepared: &Prepared, probes: impl Iterator<Item = (
     settings::find_off(probes, box_around(&shapes::of(prepared)))
 }
 
+/// Names of key points and places in the body frame [m] that lie off the craft.
+pub(crate) fn key_points_off<'a>(
+    prepared: &Prepared,
+    points: impl Iterator<Item = (&'a str, DVec3)>,
+) -> Option<Finding> {
+    settings::find_beside(("key point", "lies off the craft"), points, box_around(&shapes::of(prepared)))
+}
+
 /// The warnings of a scene, and the probable mistakes in it.
 pub(crate) fn warnings(prepared: &Prepared, effort: CheckEffort) -> Vec<String> {
     let findings = check(prepared, effort).findings;

@@ -57,6 +57,7 @@ pub fn make_dataset<'py>(
             shard: Shard { index: shard, shards },
             begin: Begin::Resume,
             allows_outside: allow_outside,
+            assume: &|_| (),
             warn: &|warning| warnings.lock().unwrap_or_else(PoisonError::into_inner).push(warning.to_owned()),
         };
         make(&order, stop, &mut |_, _| ())

@@ -138,6 +138,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         begin,
         allows_outside: arguments.reach.allows_outside(),
         warn: &|warning| say!("warning: {warning}"),
+        assume: &|assumption| say!("assumed: {assumption}"),
     };
     let stop = stop_flag();
     // Kept images take no time, so they say nothing of the time that is left.

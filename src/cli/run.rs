@@ -141,11 +141,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     say_size(&prepared, &plan, &chosen);
     chosen.device().map_or(Ok(()), |context| check_plan(context, &plan, data.image))?;
     let stop = stop_flag();
-    let sigma = sigma_of(&prepared, &chosen, &stop)?;
+    let is_stopped = |error| match (error, &arguments.resume) {
+        (CliError::StoppedBefore, Some(root)) => CliError::StoppedRun(root.clone()),
+        (error, _) => error,
+    };
+    let sigma = sigma_of(&prepared, &chosen, &stop).map_err(is_stopped)?;
     let (folder, state) = open_folder(arguments, &prepared, &root, earlier, fresh)?;
     let forecast = forecast_run(&prepared, begin.is_some(), (&chosen, &plan));
     let made = timed("making the engine", || until(&stop, || chosen.engine(&prepared, camera)));
-    let mut engine = made.map_err(|Stopped| CliError::StoppedBefore)??;
+    let mut engine = made.map_err(|Stopped| is_stopped(CliError::StoppedBefore))??;
     let start_up_s = began.elapsed().as_secs_f64();
     let bars = step_bars(&forecast, prepared.scene.time.steps);
     let job = Job {

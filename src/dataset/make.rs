@@ -66,7 +66,7 @@ pub fn make(
     stop: &AtomicBool,
     progress: &mut dyn FnMut(u64, bool),
 ) -> Result<DatasetSummary, DatasetError> {
-    let DatasetOrder { spec, scenes, target, root, shard, begin, allows_outside, warn } = *order;
+    let DatasetOrder { spec, scenes, target, root, shard, begin, allows_outside, warn, assume } = *order;
     let began = Instant::now();
     let files = scenes.check_ends(spec)?;
     let scene = scenes.of_orbit(spec, 0)?.scene;
@@ -80,6 +80,7 @@ pub fn make(
         first.check_symmetries()?;
         warnings(spec, scenes).iter().for_each(|warning| warn(warning));
         first.warnings().iter().for_each(|warning| warn(warning));
+        first.assumptions().iter().for_each(|assumption| assume(assumption));
     }
     let store = Store::open(root, &identity, begin, &mut shard.orbits(spec).map(|orbit| place(spec, orbit)))?;
     let at_once = first.as_ref().map_or(1, |first| orbits_at_once(first.nodes(), shard.orbits(spec).count()));

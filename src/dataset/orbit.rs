@@ -87,8 +87,16 @@ impl<'a> OrbitRun<'a> {
 
     /// What is probably wrong in the scene. The SPEC states the camera.
     pub(crate) fn warnings(&self) -> Vec<String> {
-        let findings = guard::check(self.simulation.prepared(), CheckEffort::NO_IMAGE).findings;
-        findings.iter().map(Finding::to_string).collect()
+        let prepared = self.simulation.prepared();
+        let findings = guard::check(prepared, CheckEffort::NO_IMAGE).findings;
+        let points = self.craft.key_points.iter().map(|point| (point.name.as_str(), point.position));
+        let off = guard::key_points_off(prepared, points);
+        prepared.warnings.iter().cloned().chain(findings.iter().chain(&off).map(Finding::to_string)).collect()
+    }
+
+    /// What the scene assumes.
+    pub(crate) fn assumptions(&self) -> &[String] {
+        &self.simulation.prepared().scene.assumptions
     }
 
     /// Refuses symmetries that the mesh does not have. The mesh is the same in all orbits, so the check of one orbit is enough.

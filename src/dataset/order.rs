@@ -92,6 +92,8 @@ pub struct DatasetOrder<'a> {
     pub allows_outside: bool,
     /// Hears what is probably wrong in the first scene, before it runs.
     pub warn: &'a (dyn Fn(&str) + Sync),
+    /// Hears what the first scene assumes, before it runs.
+    pub assume: &'a (dyn Fn(&str) + Sync),
 }
 
 /// The folder of an orbit.

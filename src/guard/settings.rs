@@ -68,11 +68,20 @@ pub(super) fn check(prepared: &Prepared, facts: &[MaterialFacts], [low, high]: [
 
 /// Finds probes that lie off the box around the craft.
 pub(super) fn find_off<'a>(probes: impl Iterator<Item = (&'a str, DVec3)>, [low, high]: [DVec3; 2]) -> Option<Finding> {
-    let off: Vec<&str> = probes.filter(|probe| is_beside(probe.1, [low, high])).map(|(name, _)| name).collect();
+    find_beside(("probe", "lies off the craft, and shows its nearest node"), probes, [low, high])
+}
+
+/// Finds points of a kind, such as a probe, that lie off the box around the craft. They are told with a message.
+pub(super) fn find_beside<'a>(
+    (kind, message): (&'static str, &str),
+    points: impl Iterator<Item = (&'a str, DVec3)>,
+    [low, high]: [DVec3; 2],
+) -> Option<Finding> {
+    let off: Vec<&str> = points.filter(|point| is_beside(point.1, [low, high])).map(|(name, _)| name).collect();
     (!off.is_empty() && low.is_finite()).then(|| Finding {
-        check: "probe",
-        about: named("probe", &off),
-        message: "lies off the craft, and shows its nearest node".to_owned(),
+        check: kind,
+        about: named(kind, &off),
+        message: message.to_owned(),
         remedy: "a position is in metres, in the body frame and the file's pose".to_owned(),
     })
 }

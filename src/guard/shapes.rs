@@ -17,6 +17,8 @@ const LARGEST_BODY: f64 = 900.0;
 const LARGEST_BLOCK: f64 = 50.0;
 /// Triangles from which a model of one part is an asteroid or the like, and no simple craft in mm.
 const DETAILED: usize = 1000;
+/// What mends a model in mm or cm.
+const SCALE: &str = "glTF is in metres: export it again in metres, or scale its root node by 0.001 (mm) or 0.01 (cm)";
 /// No craft is shorter than this [m].
 const SHORTEST: f64 = 0.02;
 /// Sum of the area vectors of a closed surface, as a share of its area, that rounding leaves.
@@ -183,12 +185,10 @@ pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], size: DVec3) -> V
         remedy: remedy.to_owned(),
     };
     if extent > LONGEST_CRAFT {
-        let message = format!("the craft is {} m long, so the model is probably in mm", short(extent));
-        findings
-            .push(of_size(message, "glTF is in metres: export it again in metres, or scale its root node by 0.001"));
+        let message = format!("the craft is {} m long, so the model is probably in mm or cm", short(extent));
+        findings.push(of_size(message, SCALE));
     } else if let Some(message) = find_vast(prepared, shapes, size) {
-        let scale = "glTF is in metres: export it again in metres, or scale its root node by 0.001 (mm) or 0.01 (cm)";
-        findings.push(of_size(message, scale));
+        findings.push(of_size(message, SCALE));
     } else if extent < SHORTEST {
         let message = format!("the craft is {} m long, so the model is probably not in metres", short(extent));
         findings.push(of_size(message, "glTF is in metres: export it again in metres, or scale its root node"));

@@ -20,6 +20,9 @@ pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, ModelFault> {
     if bytes.iter().all(|byte| *byte == 0 || byte.is_ascii_whitespace()) {
         return Err(ModelFault::Empty);
     }
+    if let Some(found) = format::not_fetched(bytes) {
+        return Err(ModelFault::NotFetched(found));
+    }
     if let Some(format) = format::other(bytes) {
         return Err(ModelFault::Format(format));
     }

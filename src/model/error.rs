@@ -23,7 +23,7 @@ pub enum ModelError {
     MinEdge(f64),
     /// A craft longer than any, whose edges would make millions of nodes.
     #[error(
-        "{}: the craft is {extent:.0} m long, so it is probably in mm, and glTF is in metres: scale its root node by 0.001. Edges of at most \
+        "{}: the craft is {extent:.0} m long, so it is probably in mm or cm, and glTF is in metres: scale its root node by 0.001 or 0.01. Edges of at most \
          {edge} m would make {nodes:.0} nodes or more; if the size is right, use longer edges",
         path.display()
     )]
@@ -40,7 +40,7 @@ pub enum ModelError {
     /// Subdivision would exceed the vertex limit.
     #[error(
         "{}: subdivision to edges of at most {max_edge} m needs {needed} vertices or more, and the limit is {limit}. The craft is \
-         {extent:.3} m long: use a longer edge. If the file is in mm, scale its root node by 0.001, because glTF is in metres",
+         {extent:.3} m long: use a longer edge. If the file is in mm or cm, scale its root node by 0.001 or 0.01, because glTF is in metres",
         path.display()
     )]
     TooManyVertices {
@@ -69,6 +69,9 @@ pub enum ModelFault {
     /// A file of another format.
     #[error("this is {0}, and isotherm reads glTF 2.0 (.glb, .gltf): docs/cad.md says how to convert it")]
     Format(&'static str),
+    /// What stands in place of a file that was not fetched.
+    #[error("this is {0}, and not the model")]
+    NotFetched(&'static str),
     /// A file without content.
     #[error("the file is empty: a program that was to write it has failed, so export the model again")]
     Empty,

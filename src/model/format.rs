@@ -83,6 +83,20 @@ pub(super) fn named(fault: ModelFault, path: &Path) -> ModelFault {
     known.filter(|_| unclear).map_or(fault, |(_, format)| ModelFault::Format(format))
 }
 
+/// What is in a file that was to hold a model, where a download failed.
+pub(super) fn not_fetched(bytes: &[u8]) -> Option<&'static str> {
+    let begins = |word: &str| {
+        bytes.trim_ascii_start().get(..word.len()).is_some_and(|begin| begin.eq_ignore_ascii_case(word.as_bytes()))
+    };
+    if begins("version https://git-lfs") {
+        Some("a pointer of Git LFS (git lfs pull fetches the file)")
+    } else if begins("<html") || begins("<!doctype html") {
+        Some("a web page, as a download without login gives")
+    } else {
+        None
+    }
+}
+
 /// The name of a format that is not glTF. `None` where the bytes may be glTF 2.0.
 pub(super) fn other(bytes: &[u8]) -> Option<&'static str> {
     let begins = BEGINNINGS.iter().find(|(beginning, _)| bytes.starts_with(beginning)).map(|(_, name)| *name);
@@ -116,7 +130,7 @@ fn of_text(bytes: &[u8]) -> Option<&'static str> {
 mod tests {
     use std::path::Path;
 
-    use super::{BEGINNINGS, ModelFault, ZIP, named, other};
+    use super::{BEGINNINGS, ModelFault, ZIP, named, not_fetched, other};
 
     #[test]
     fn formats_are_told_by_their_bytes() {
@@ -141,6 +155,16 @@ mod tests {
         for bytes in [&b"{\"asset\": {}}"[..], b"glTF\x02\0\0\0", b"", b"nonsense", &stl] {
             assert_eq!(other(bytes), None, "{:?}", String::from_utf8_lossy(bytes));
         }
+    }
+
+    #[test]
+    fn what_stands_in_place_of_a_model_is_told() {
+        let told = |bytes: &[u8]| not_fetched(bytes).unwrap_or_default();
+        assert!(
+            told(b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n").contains("git lfs pull")
+        );
+        assert!(told(b"\n<!DOCTYPE HTML>\n<html lang=\"en\">").contains("web page"));
+        assert_eq!(not_fetched(b"<?xml version=\"1.0\"?>"), None);
     }
 
     #[test]

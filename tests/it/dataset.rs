@@ -73,6 +73,7 @@ impl Workshop {
             begin,
             allows_outside: false,
             warn: &|_| (),
+            assume: &|_| (),
         };
         make(&order, &AtomicBool::new(false), &mut |_, _| ())
     }
