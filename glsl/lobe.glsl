@@ -59,13 +59,22 @@ float lobe_sum(Reflector reflector, float view) {
     return mix(lobes[sums], lobes[sums + 1u], cell.y);
 }
 
-// Reflected radiance over irradiance across its rays for light from one direction.
-float lobe_glint(Reflector reflector, float seen, float light, float half_cosine) {
-    float view = max(seen, LEAST_VIEW);
-    float square = reflector.roughness * reflector.roughness;
-    float spread = 1.0 - half_cosine * half_cosine * (1.0 - square);
-    float facets = square / (PI * spread * spread);
+// Reflected radiance over irradiance across its rays for the light of the Sun's disc. Slopes of facets that reflect the Sun fill a disc, taken as round, over which the facets are integrated.
+float lobe_glint(Surroundings around, Reflector reflector, vec3 normal, vec3 to_camera) {
+    float view = max(dot(normal, to_camera), LEAST_VIEW);
+    float light = dot(normal, around.sun.xyz);
     float lit = max(light, 1e-6);
+    vec3 middle = to_camera + around.sun.xyz;
+    middle /= max(length(middle), 1e-20);
+    float cosine = max(dot(normal, middle), 1e-6);
+    // A cross product keeps small angles exact.
+    float slope = length(cross(normal, middle)) / cosine;
+    float square = reflector.roughness * reflector.roughness;
+    float disc = around.sun.w * around.sun.w / (4.0 * max(dot(middle, around.sun.xyz), LEAST_VIEW));
+    float beyond = slope * slope + square - disc;
+    float root = sqrt(beyond * beyond + 4.0 * square * disc);
+    float share = beyond >= 0.0 ? 2.0 * square / (root * (root + beyond)) : (root - beyond) / (2.0 * root * disc);
+    float facets = share / (PI * cosine * cosine * cosine * cosine);
     float glint = facets * masking(view, reflector.roughness) * masking(lit, reflector.roughness) / (4.0 * view * lobe_sum(reflector, view));
     return light > 0.0 ? glint : 0.0;
 }

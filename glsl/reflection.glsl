@@ -87,9 +87,7 @@ float reflected_share(Surroundings around, Reflector reflector, vec3 normal, vec
 #endif
     float rough = around.space_radiance + contrast * lobe_share(around, reflector, normal, view, mirror);
 #ifdef SUN
-    vec3 middle = to_camera + around.sun.xyz;
-    float cosine = dot(normal, middle) / max(length(middle), 1e-20);
-    rough += around.sun_irradiance * lobe_glint(reflector, view, light, cosine);
+    rough += around.sun_irradiance * lobe_glint(around, reflector, normal, to_camera);
 #endif
 #ifdef SMOOTH
     specular = reflector.roughness > 0.0 ? rough : specular;

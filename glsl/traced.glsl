@@ -163,9 +163,7 @@ float sunlight(Surroundings around, Reflector reflector, vec3 normal, vec3 seen)
     float specular = 0.0;
 #ifdef ROUGH
     if (reflector.roughness > 0.0) {
-        vec3 middle = seen + around.sun.xyz;
-        float cosine = dot(normal, middle) / max(length(middle), 1e-20);
-        specular = around.sun_irradiance * lobe_glint(reflector, max(dot(normal, seen), 0.0), light, cosine);
+        specular = around.sun_irradiance * lobe_glint(around, reflector, normal, seen);
     }
 #endif
     diffuse += reflector.specular > 0.0 ? reflector.specular * (specular - diffuse) : 0.0;

@@ -36,7 +36,7 @@ pub(super) fn product(shared: &Sparse, vector: &[f64]) -> Vec<f64> {
 
 /// Solves M x = b for a symmetric M that is positive semidefinite, by conjugate gradients over a diagonal near its own. Unknowns whose diagonal is 0 stay 0. Ends at
 /// an error of the share `least` of b.
-pub(super) fn conjugate_gradients(
+pub(crate) fn conjugate_gradients(
     diagonal: &[f64],
     times: impl Fn(&[f64]) -> Vec<f64>,
     b: &[f64],

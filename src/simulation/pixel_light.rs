@@ -59,8 +59,8 @@ pub(crate) struct PixelLight {
     interval: f64,
     count: u32,
     start: Beginning,
-    /// Whether surfaces send each other radiation, so that the light of Sun and planet is not all that they take.
-    exchange: bool,
+    /// Whether surfaces take more than the light of Sun and planet: radiation of each other, or what the structure below a blanket sends.
+    takes_more: bool,
     /// The triangles that hide the Sun.
     trees: JointTrees,
     /// Moments and shadows that were found before.
@@ -122,6 +122,7 @@ impl PixelLight {
             Initial::Balance => Beginning::Balance,
             Initial::Temperature(kelvin) => Beginning::Temperature(kelvin),
         };
+        let has_structure = surface.foils.iter().flatten().any(|foil| foil.below > 0.0);
         Some(Self {
             trees: light.trees(),
             count: (1..INTERVALS).find(is_long).unwrap_or(INTERVALS),
@@ -129,7 +130,7 @@ impl PixelLight {
             light,
             interval,
             start,
-            exchange: scene.exchange.is_some(),
+            takes_more: scene.exchange.is_some() || has_structure,
             known: Mutex::default(),
         })
     }
@@ -219,7 +220,7 @@ fn keep<T>(all: &mut VecDeque<Arc<T>>, one: &Arc<T>, most: usize) {
 impl PastLight {
     /// Whether changes need the temperatures of the nodes.
     pub(crate) fn needs_temperatures(&self) -> bool {
-        self.scene.exchange
+        self.scene.takes_more
     }
 
     /// Whether a triangle is lit at each moment, `None` where a ray has to tell. Empty where its nodes show what each of its places absorbs.

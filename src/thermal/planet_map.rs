@@ -298,7 +298,7 @@ mod tests {
                 let share = lobe.share(PlanetPlace::new(normal, view, direction, nadir, disc));
                 let exact = mean(&|point| {
                     let light = normal.dot(point);
-                    lobe.glint(view, light, normal.dot((point + camera).normalize())) * light.max(0.0)
+                    lobe.glint(normal, camera, (point, 0.0)) * light.max(0.0)
                 });
                 if exact.is_finite() {
                     rough_off = rough_off.max(share * (seen.means[1].at(direction) - exact).abs());

@@ -151,11 +151,9 @@ pub(crate) fn reflected_sunlight(
 ) -> f64 {
     let view = normal.dot(to_camera).max(0.0);
     let sun = sun_irradiance(&dimmed(around, reflector, looks, view));
-    let light = normal.dot(around.sun);
     let lobe = reflector.lobe.and_then(|lobe| looks.lobes.get(lobe));
-    let half = || normal.dot((to_camera + around.sun).normalize_or_zero());
-    let specular = lobe.map_or(0.0, |lobe| lobe.glint(view, light, half()));
-    let diffuse = light.max(0.0) / PI;
+    let specular = lobe.map_or(0.0, |lobe| lobe.glint(normal, to_camera, (around.sun, around.sun_disc.sin)));
+    let diffuse = normal.dot(around.sun).max(0.0) / PI;
     sun * (diffuse + reflector.specular * (specular - diffuse))
 }
 

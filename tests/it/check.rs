@@ -464,8 +464,8 @@ fn the_scenes_of_this_repository_are_not_warned_of() {
         let value = program::json(&models, &["check", name, "--json", "--allow-outside"]);
         assert_eq!(
             value["checked"]["findings"].as_array().map(Vec::len),
-            // The arrays of the ISS are closed slabs that its scenes take as sheets, as iss.toml says.
-            Some(usize::from(name.starts_with("iss"))),
+            // The arrays of the ISS are closed slabs that its scenes take as sheets, as iss.toml says. Two radiators of the network have both faces in one place.
+            Some(usize::from(name.starts_with("iss")) + usize::from(name == "iss.toml")),
             "{name}: {:#}",
             value["checked"]["findings"]
         );

@@ -1,9 +1,11 @@
 //! How far errors reach by conduction.
 
+use crate::exchange::scaling::conjugate_gradients;
 use crate::simulation::prepare::Prepared;
 
-/// Rounds in which errors pass from node to node, each by an edge at most.
-const ROUNDS: u32 = 100;
+/// Products with the conductances, at most, and the share of the sources at which the solution is near enough.
+const PRODUCTS: usize = 100;
+const NEAR: f64 = 1e-3;
 
 /// Squares of the errors that reach each drawn node by conduction [K2]: with the conductances G and what a node radiates for each kelvin h [W/K], the solution of
 /// (h + sum G) s = h e2 + sum G s of its neighbours. An error so reaches as far as the node's temperature does. `squares` are those of the nodes' own errors, and
@@ -19,25 +21,20 @@ pub(super) fn reach(prepared: &Prepared, squares: &[f64], radiated: &[f64]) -> V
         sources[scene.node_of(*slot)] += radiated[*slot] * squares[*slot];
         weights[scene.node_of(*slot)] += radiated[*slot];
     }
-    let mut reached: Vec<f64> = sources
-        .iter()
-        .zip(&weights)
-        .map(|(source, weight)| if *weight > 0.0 { source / weight } else { 0.0 })
-        .collect();
     for conductor in &network.linear {
         conductor.nodes.iter().for_each(|node| weights[*node as usize] += conductor.conductance);
     }
-    for _ in 0..ROUNDS {
-        let mut sums = sources.clone();
+    let times = |way: &[f64]| -> Vec<f64> {
+        let mut image: Vec<f64> = way.iter().zip(&weights).map(|(way, weight)| way * weight).collect();
         for conductor in &network.linear {
             let [a, b] = conductor.nodes.map(|node| node as usize);
-            sums[a] += conductor.conductance * reached[b];
-            sums[b] += conductor.conductance * reached[a];
+            image[a] -= conductor.conductance * way[b];
+            image[b] -= conductor.conductance * way[a];
         }
-        let of_node = |(sum, weight): (&f64, &f64)| if *weight > 0.0 { sum / weight } else { 0.0 };
-        reached = sums.iter().zip(&weights).map(of_node).collect();
-    }
+        image
+    };
+    let reached = conjugate_gradients(&weights, times, &sources, NEAR, PRODUCTS);
     let mut of_slots = vec![0.0; squares.len()];
-    drawn.iter().for_each(|slot| of_slots[*slot] = reached[scene.node_of(*slot)]);
+    drawn.iter().for_each(|slot| of_slots[*slot] = reached[scene.node_of(*slot)].max(0.0));
     of_slots
 }

@@ -1,6 +1,6 @@
 """The cases, in the order in which they run."""
 
-from . import abutting, box_on_deck, can, comb, eclipse, floor_wall, gap, hinge, hole, plain, rise, sandwich, slab, spin, station_cut, struts, tube, wedge
+from . import abutting, box_on_deck, can, comb, eclipse, fin, floor_wall, gap, hinge, hole, plain, rise, sandwich, slab, spin, station_cut, struts, tube, wedge
 
 ALL = [
     *abutting.CASES,
@@ -8,6 +8,7 @@ ALL = [
     *slab.CASES,
     *comb.CASES,
     *tube.CASES,
+    *fin.CASES,
     *gap.CASES,
     *spin.CASES,
     *struts.CASES,

@@ -84,22 +84,32 @@ pub(super) fn point_touches(sides: [&ContactSide; 2], distance: f64) -> Vec<[u32
 
 /// Edges of one side that lie along the other.
 fn seams([from, to]: [&ContactSide; 2], distance: f64, met: &HashSet<ContactGroups>) -> Vec<Seam> {
-    let mut visited = HashSet::new();
-    let mut edges = Vec::new();
+    // The first triangle of each edge, and how many have it.
+    let mut edges: BTreeMap<[u32; 2], (usize, [usize; 2], u32)> = BTreeMap::new();
     for triangle in 0..from.corners.len() {
         for (first, second) in [(0, 1), (1, 2), (2, 0)] {
             let [a, b] = [from.nodes[triangle][first], from.nodes[triangle][second]];
-            if a != b && visited.insert([a.min(b), a.max(b)]) {
-                edges.push((triangle, [first, second]));
+            if a != b {
+                edges.entry([a.min(b), a.max(b)]).or_insert((triangle, [first, second], 0)).2 += 1;
             }
         }
     }
     edges
+        .into_values()
+        .collect::<Vec<_>>()
         .into_par_iter()
-        .flat_map_iter(|(triangle, ends)| {
+        .flat_map_iter(|(triangle, ends, count)| {
             let points = ends.map(|corner| from.corners[triangle][corner]);
             let nodes = ends.map(|corner| from.nodes[triangle][corner]);
             let group = from.groups[triangle];
+            let across = 3 - ends[0] - ends[1];
+            let tip = (from.corners[triangle][across], from.nodes[triangle][across]);
+            // Along a border each point belongs to the nearest corner of its triangle, as the triangle conducts (`shell/conductance.rs`).
+            let node_at = move |along: f64| {
+                let point = points[0].lerp(points[1], along);
+                let end = usize::from(along > 0.5);
+                if count == 1 && point.distance(tip.0) < point.distance(points[end]) { tip.1 } else { nodes[end] }
+            };
             let mut of_group: BTreeMap<Group, Vec<usize>> = BTreeMap::new();
             for other in candidates(to, group, points[0], points[1], distance) {
                 of_group.entry(to.groups[other]).or_default().push(other);
@@ -126,8 +136,7 @@ fn seams([from, to]: [&ContactSide; 2], distance: f64, met: &HashSet<ContactGrou
                 let share = |index: usize| {
                     let along = at(index);
                     let (_, other) = nearest(to, &near, points[0].lerp(points[1], along))?;
-                    let node = nodes[usize::from(along > 0.5)];
-                    Some(([node, other], length * thickness / POINTS as f64))
+                    Some(([node_at(along), other], length * thickness / POINTS as f64))
                 };
                 let shares = (0..POINTS).filter_map(share).collect();
                 Some(Seam { owners: owners(group, other), of_lower: group < other, length, shares })
