@@ -12,8 +12,15 @@ use crate::numbers::{count, matrix};
 
 /// Size, lens and samples of a camera. It has no pose.
 #[pyclass(frozen, eq, from_py_object, module = "isotherm")]
-#[derive(Clone, PartialEq)]
+#[derive(Clone)]
 pub struct Camera(pub package::Camera);
+
+/// A scene's camera holds its pose too, which does not count.
+impl PartialEq for Camera {
+    fn eq(&self, other: &Self) -> bool {
+        self.posed_as(&other.0) == other.0
+    }
+}
 
 impl Camera {
     /// The arguments of which Python makes it.

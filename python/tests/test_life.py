@@ -45,7 +45,10 @@ def test_cameras_and_frames_are_pickled(scene: Path) -> None:
         pickle.loads(pickle.dumps(camera.replace(distortion=[0.1, 0, 0, 0], distortion_model="fisheye"))).model
         == "fisheye"
     )
-    frame = isotherm.Simulation(scene).image()
+    simulation = isotherm.Simulation(scene)
+    # The scene's camera has a pose, which its copies have not.
+    assert pickle.loads(pickle.dumps(simulation.camera)) == simulation.camera == simulation.camera.replace()
+    frame = simulation.image()
     again = pickle.loads(pickle.dumps(frame))
     for name in ("radiance", "temperature", "depth", "part", "material", "coverage", "camera_from_body"):
         assert (

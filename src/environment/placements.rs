@@ -2,6 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
+use super::orbit::SUN_RADIUS;
 use super::scene_time::{SceneTime, TimeError};
 use super::state::SLACK;
 
@@ -35,6 +36,10 @@ pub(crate) struct Course {
     pub(crate) rate: f64,
 }
 
+/// Greatest distance of craft and Sun from the planet's centre [m], and greatest speed [m/s], as scenes have them.
+const FARTHEST: f64 = 1e13;
+const FASTEST: f64 = 1e6;
+
 /// Why a place is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PlaceError {
@@ -43,6 +48,24 @@ pub enum PlaceError {
     Unusable {
         /// Name of the value.
         what: &'static str,
+    },
+    /// A length or speed beyond what is computed with.
+    #[error("{what} is {size:e} {unit}, and at most {most:e} {unit} are taken")]
+    Huge {
+        /// Name of the value.
+        what: &'static str,
+        /// Its size.
+        size: f64,
+        /// The largest that is taken.
+        most: f64,
+        /// Its unit.
+        unit: &'static str,
+    },
+    /// A Sun that the craft touches.
+    #[error("the Sun is {distance} km from the craft, and its radius is {} km: its place is in metres from the planet's centre", SUN_RADIUS / 1e3)]
+    InSun {
+        /// Distance of its centre [km].
+        distance: f64,
     },
     /// A quaternion of another length than 1.
     #[error("the quaternion of the attitude must have length 1, not {length}")]
@@ -184,18 +207,30 @@ fn arc(from: DVec3, to: DVec3, share: f64) -> DVec3 {
 }
 
 fn check(place: &PlacementSample, planet_radius: f64) -> Result<(), PlaceError> {
-    let vectors = [
-        ("the position of the craft", place.position),
-        ("the position of the Sun", place.sun),
-        ("the direction to the Sun", place.sun - place.position),
-    ];
     let unusable = |what| Err(PlaceError::Unusable { what });
     SceneTime::new(place.time)?;
-    if let Some((what, _)) = vectors.iter().find(|(_, vector)| vector.try_normalize().is_none()) {
-        return unusable(what);
+    for (what, vector) in [("the position of the craft", place.position), ("the position of the Sun", place.sun)] {
+        if !vector.is_finite() || vector == DVec3::ZERO {
+            return unusable(what);
+        }
     }
     if place.velocity.is_some_and(|velocity| !velocity.is_finite()) {
         return unusable("the velocity of the craft");
+    }
+    let speed = place.velocity.unwrap_or(DVec3::ZERO);
+    let sizes = [
+        ("the distance of the craft", place.position, FARTHEST, "m"),
+        ("the distance of the Sun", place.sun, FARTHEST, "m"),
+        ("the speed of the craft", speed, FASTEST, "m/s"),
+    ];
+    // The largest component, because the square of a length may be beyond all numbers.
+    let size = |vector: DVec3| vector.abs().max_element();
+    if let Some((what, vector, most, unit)) = sizes.into_iter().find(|(_, vector, most, _)| size(*vector) > *most) {
+        return Err(PlaceError::Huge { what, size: size(vector), most, unit });
+    }
+    let to_sun = (place.sun - place.position).length();
+    if to_sun <= SUN_RADIUS {
+        return Err(PlaceError::InSun { distance: to_sun / 1e3 });
     }
     let attitude = place.inertial_from_body;
     if !(attitude.is_finite() && attitude.length() > 0.0) {

@@ -87,11 +87,13 @@ pub(crate) fn animated(
 /// # Errors
 /// Another file.
 pub fn read_png(bytes: &[u8]) -> Result<([u32; 2], Vec<u8>), OutputError> {
-    let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().map_err(failed)?;
-    let size = reader.output_buffer_size().ok_or_else(|| failed("the image is too large"))?;
-    Expansion::of_image(bytes.len()).charge(size, 1).map_err(failed)?;
+    let wrong = |reason: String| OutputError::Mismatch(format!("no PNG that can be read: {reason}"));
+    let not_read = |error: png::DecodingError| wrong(error.to_string());
+    let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().map_err(not_read)?;
+    let size = reader.output_buffer_size().ok_or_else(|| wrong("it is too large".to_owned()))?;
+    Expansion::of_image(bytes.len()).charge(size, 1).map_err(|fault| wrong(fault.to_string()))?;
     let mut values = vec![0; size];
-    let info = reader.next_frame(&mut values).map_err(failed)?;
+    let info = reader.next_frame(&mut values).map_err(not_read)?;
     values.truncate(info.buffer_size());
     Ok(([info.width, info.height], values))
 }

@@ -13,6 +13,7 @@
 
 mod absorbed;
 mod carry;
+mod conducted;
 mod drawn;
 mod exchange;
 mod lines;
@@ -39,6 +40,7 @@ use crate::thermal::misfit::{Misfit, check_length, part};
 use crate::trace::span;
 use absorbed::{Absorbed, AbsorbingSurface};
 use carry::{PlaceBalance, within_step};
+use conducted::{Conduction, apart, areas_of_pieces};
 use exchange::{ExchangeErrorState, ExchangeErrors};
 use materials::SurfaceConstants;
 use node_errors::{NodeErrors, spreads_of_nodes};
@@ -68,6 +70,8 @@ pub(crate) struct Uncertainty<'a> {
     surface: AbsorbingSurface<'a>,
     /// Values of the material of each node.
     constants: Vec<SurfaceConstants>,
+    /// Area of all that conducts to each node [m2]. Empty without a network.
+    pieces: Vec<f64>,
     exchange: Option<ExchangeErrors>,
     state: UncertaintyState,
 }
@@ -128,6 +132,7 @@ impl<'a> Uncertainty<'a> {
         };
         Self {
             prepared,
+            pieces: areas_of_pieces(prepared, &surface.areas),
             light: prepared.lit_areas(nodes.real().map(|(slot, _)| slot)),
             surface,
             constants,
@@ -325,7 +330,6 @@ impl<'a> Uncertainty<'a> {
         let carried = |node: usize| {
             let before = &self.state.nodes[node];
             let balance = self.balance_of_node(node, 0.0, temperatures);
-            let (rate, slope) = balance.rate(length);
             let [kept, gained] = balance.passed(length);
             let change = absorbed.nodes[node] - self.state.fluxes[node];
             // Light is right when it is found, and is off by the jump before the next finding.
@@ -334,34 +338,55 @@ impl<'a> Uncertainty<'a> {
             let exchanged = self.exchange.as_ref().map(|exchange| exchange.of_node(node)).unwrap_or_default();
             // Heat leaves what errs alike over its rim alone. Late and uneven light err alike over neighbours too, so none of it is conducted away.
             let alike = self.balance_of_node(node, exchanged.area, temperatures);
-            let [alike_kept, alike_gained] = alike.passed(length);
             let (rows_rate, alike_slope) = alike.rate(rows_held_for);
             let alone = self.balance_of_node(node, f64::INFINITY, temperatures);
-            let [late_kept, late_gained] = alone.passed(length);
+            let [alone_kept, alone_gained] = alone.passed(length);
+            let (alone_rate, alone_slope) = alone.rate(length);
+            let piece = self.pieces.get(node).copied().unwrap_or(0.0);
+            let apart = apart(self.constants[node].conductance / alone_slope, piece, exchanged.area);
             let corrected = exchanged.corrected * alone.passed((held_time - length).max(0.0))[1];
             let (held_rate, held_slope) = alone.rate(held_time);
             let rising = exchanged.rising / held_slope * within_step(held_rate);
             let temperature = f64::from(temperatures[node]);
             NodeErrors {
-                steps: before.steps * kept + change / slope * within_step(rate),
-                held: before.held * kept + held * gained,
+                steps: before.steps * alone_kept + change / alone_slope * within_step(alone_rate),
+                held: before.held * alone_kept + held * alone_gained,
                 sudden: (before.sudden * kept).hypot(sudden.get(node).unwrap_or(&0.0) * gained),
                 exchange: before.exchange * kept + exchanged.own * gained,
-                alike: before.alike * alike_kept + exchanged.alike * alike_gained,
+                alike: before.alike * alone_kept + exchanged.alike * apart * alone_gained,
                 rows: exchanged.rows / alike_slope * swung(rows_rate),
-                uneven: before.uneven * late_kept + exchanged.uneven * late_gained,
-                late: (before.late + corrected) * late_kept + exchanged.late * late_gained + rising,
+                uneven: before.uneven * alone_kept + exchanged.uneven * alone_gained,
+                late: (before.late + corrected) * alone_kept + exchanged.late * alone_gained + rising,
                 lines: lines.get(node).map_or(0.0, |line| line * balance.conducted_share()),
                 rounding: (before.rounding * kept).hypot(ROUNDING * temperature),
             }
         };
-        let nodes = (0..self.constants.len()).into_par_iter().map(carried).collect();
+        let mut nodes: Vec<NodeErrors> = (0..self.constants.len()).into_par_iter().map(carried).collect();
+        self.conduct(&mut nodes, length, temperatures);
         let radiated =
             |node: usize| self.surface.areas[node] * self.balance_of_node(node, 0.0, temperatures).radiated_slope();
         self.state.radiated = (0..self.constants.len()).into_par_iter().map(radiated).collect();
         (self.state.deviations, self.state.spreads) = corners.into_iter().unzip();
         self.state.nodes = nodes;
         self.state.fluxes = absorbed.nodes;
+    }
+
+    /// Lets conduction move what nodes err with others.
+    fn conduct(&self, nodes: &mut [NodeErrors], length: f64, temperatures: &[f32]) {
+        let weight = |node: usize| {
+            let [_, gained] = self.balance_of_node(node, f64::INFINITY, temperatures).passed(length);
+            self.surface.areas[node] / gained.max(f64::MIN_POSITIVE)
+        };
+        let Some(conduction) = Conduction::new(self.prepared, weight) else { return };
+        let terms: [fn(&mut NodeErrors) -> &mut f64; 3] =
+            [|node| &mut node.steps, |node| &mut node.held, |node| &mut node.alike];
+        for term in terms {
+            let mut errors: Vec<f64> = nodes.iter_mut().map(|node| *term(node)).collect();
+            if errors.iter().any(|error| *error != 0.0) {
+                conduction.spread(&mut errors);
+                nodes.iter_mut().zip(errors).for_each(|(node, error)| *term(node) = error);
+            }
+        }
     }
 
     /// Light that a step with each joint in the pose of its middle errs by, over the light: the mean of 1 - cos over the turn in the step, turn^2 / 24.

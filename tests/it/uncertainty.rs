@@ -262,3 +262,47 @@ fn the_errors_of_a_placed_craft_begin_with_its_first_place() {
     assert!(image.error.iter().all(|error| error.is_finite()));
     assert_ne!(bits(&image), bits(&image_at(&mut own, 160.0)));
 }
+
+/// A sheet that a joint turns by 180 deg in four steps, whose load is that of the middle of each. All of it errs alike, so conduction takes none of the error away.
+#[test]
+fn the_error_of_a_conducting_sheet_that_errs_alike_stays() {
+    let scene = "name = \"sheet\"\n[model]\npath = \"made.glb\"\nmax_edge = 0.1\n[time]\nstep = 60\nsteps = 12\ndraw_steps = [4, 12]\n\
+         [initial]\ntemperature = 300\n[orbit]\naltitude = 408e3\nbeta_deg = 0\n[attitude]\nmode = \"inertial\"\n\
+         quaternion = [1, 0, 0, 0]\n[environment]\nsolar_constant = 1361.0\neclipse = false\n[output]\nerror = true\n\
+         [[material]]\nmatch = \"sheet\"\nabsorptivity = 0.9\nemissivity = 0.8\nsides = \"both\"\n\
+         back = { absorptivity = 0.2, emissivity = 0.7 }\nheat_capacity_per_area = 4000\nthickness = 0.001\n\
+         conductivity = 160\nresponse = \"network\"\n[[joint]]\npart = \"sheet\"\nmode = \"schedule\"\naxis = \"+Y\"\n\
+         schedule = { time = [0, 240], angle_deg = [0, 180] }\n\
+         [camera]\nwidth = 64\nheight = 48\nfov_deg = 30\nframe = \"body\"\nposition = [2, -1, 1]\nlook_at = [0, 0, 0]\n";
+    let folder = Folder::new(scene);
+    let mut maker = Maker::new();
+    let material = maker.push("materials", json!({ "name": "sheet" }));
+    let positions = maker.floats(&[[0.0, -0.5, -0.5], [0.0, 0.5, -0.5], [0.0, 0.5, 0.5], [0.0, -0.5, 0.5]]);
+    let indices = maker.accessor(&[0u8, 1, 2, 0, 2, 3], json!({"componentType": 5121, "count": 6, "type": "SCALAR"}));
+    maker.primitive(json!({"attributes": {"POSITION": positions}, "indices": indices, "material": material}));
+    // The first node of a new model shows its first mesh.
+    maker.json["nodes"][0]["name"] = json!("sheet");
+    maker.save(folder.0.path());
+    succeed(folder.0.path(), &["run", "scene.toml", "-o", "out", "--device", "cpu"]);
+    // The balance of one temperature, in steps of a tenth of a second.
+    let rate = |time: f64, t: f64| {
+        let cosine = (std::f64::consts::PI * (time / 240.0).min(1.0)).cos();
+        let absorptivity = if cosine > 0.0 { 0.9 } else { 0.2 };
+        (absorptivity * 1361.0 * cosine.abs() - 1.5 * STEFAN_BOLTZMANN * t.powi(4)) / 4000.0
+    };
+    let mut known = 300.0;
+    for tenth in 0..7200 {
+        let time = 0.1 * f64::from(tenth);
+        let middle = known + 0.05 * rate(time, known);
+        known += 0.1 * rate(time + 0.05, middle);
+        let Some(step) = [4, 12].into_iter().find(|step| 600 * step == tenth + 1) else { continue };
+        let (image, _) = read_exr(&folder.path(&format!("out/frames/step_{step:06}.exr"))).expect("an image");
+        let seen: Vec<usize> = (0..image.part.len()).filter(|pixel| image.part[*pixel] != 0).collect();
+        assert!(seen.len() > 100, "{}", seen.len());
+        for pixel in seen {
+            let off = (f64::from(image.temperature[pixel]) - known).abs();
+            let stated = f64::from(image.error[pixel]);
+            assert!(off > 0.2 && stated > 0.5 * off && stated < 2.0 * off, "step {step}: {stated} for {off}");
+        }
+    }
+}

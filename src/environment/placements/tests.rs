@@ -66,9 +66,13 @@ fn a_place_that_can_not_be_is_refused() {
     assert!(refused(place(540.0)).contains("must come after the one at 540 s"));
     assert!(refused(PlacementSample { position: DVec3::X * 6e6, ..place(600.0) }).contains("6000 km from the centre"));
     assert!(refused(PlacementSample { sun: DVec3::NAN, ..place(600.0) }).contains("the position of the Sun"));
-    assert!(
-        refused(PlacementSample { sun: place(600.0).position, ..place(600.0) }).contains("the direction to the Sun")
-    );
+    // A Sun in kilometres.
+    let near = refused(PlacementSample { sun: DVec3::Z * 1.496e8, ..place(600.0) });
+    assert!(near.contains("its radius is 695700 km"), "{near}");
+    let far = refused(PlacementSample { position: DVec3::X * 1e200, ..place(600.0) });
+    assert!(far.contains("the distance of the craft is 1e200 m, and at most 1e13 m are taken"), "{far}");
+    let fast = refused(PlacementSample { velocity: Some(DVec3::X * 1e12), ..place(600.0) });
+    assert!(fast.contains("the speed of the craft is 1e12 m/s"), "{fast}");
     let zero = DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0);
     assert!(refused(PlacementSample { inertial_from_body: zero, ..place(600.0) }).contains("the attitude"));
     let long = DQuat::from_xyzw(0.0, 0.0, 0.0, 2.0);

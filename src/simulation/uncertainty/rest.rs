@@ -13,6 +13,7 @@ pub(crate) struct RestingErrors {
     corners: Vec<AbsorbingCorner>,
     areas: Vec<f64>,
     constants: Vec<SurfaceConstants>,
+    pieces: Vec<f64>,
     exchange: Option<ExchangeErrors>,
     state: UncertaintyState,
 }
@@ -20,13 +21,16 @@ pub(crate) struct RestingErrors {
 impl<'a> Uncertainty<'a> {
     /// Lets go of the scene.
     pub(crate) fn rest(self) -> RestingErrors {
-        let Self { light, surface: AbsorbingSurface { corners, areas, .. }, constants, exchange, state, .. } = self;
-        RestingErrors { light, corners, areas, constants, exchange, state }
+        let Self {
+            light, surface: AbsorbingSurface { corners, areas, .. }, constants, pieces, exchange, state, ..
+        } = self;
+        RestingErrors { light, corners, areas, constants, pieces, exchange, state }
     }
 
     /// Goes on with the errors of a scene.
     pub(crate) fn wake(prepared: &'a Prepared, errors: RestingErrors) -> Self {
-        let RestingErrors { light, corners, areas, constants, exchange, state } = errors;
-        Self { prepared, light, surface: AbsorbingSurface { prepared, corners, areas }, constants, exchange, state }
+        let RestingErrors { light, corners, areas, constants, pieces, exchange, state } = errors;
+        let surface = AbsorbingSurface { prepared, corners, areas };
+        Self { prepared, light, surface, constants, pieces, exchange, state }
     }
 }
