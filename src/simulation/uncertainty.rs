@@ -336,7 +336,8 @@ impl<'a> Uncertainty<'a> {
             let held = if is_found { 0.0 } else { self.state.jumps[node] / 3f64.sqrt() };
             let held = held.hypot(absorbed.nodes[node] * turns.get(self.joint(node)).unwrap_or(&0.0));
             let exchanged = self.exchange.as_ref().map(|exchange| exchange.of_node(node)).unwrap_or_default();
-            // Heat leaves what errs alike over its rim alone. Late and uneven light err alike over neighbours too, so none of it is conducted away.
+            // Rows that are held err alike over a patch, so heat leaves over its rim. Other errors are alike over neighbours too: none of a late or uneven light is conducted away, and
+            // the rest is moved afterwards.
             let alike = self.balance_of_node(node, exchanged.area, temperatures);
             let (rows_rate, alike_slope) = alike.rate(rows_held_for);
             let alone = self.balance_of_node(node, f64::INFINITY, temperatures);
