@@ -141,15 +141,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     say_size(&prepared, &plan, &chosen);
     chosen.device().map_or(Ok(()), |context| check_plan(context, &plan, data.image))?;
     let stop = stop_flag();
-    let is_stopped = |error| match (error, &arguments.resume) {
-        (CliError::StoppedBefore, Some(root)) => CliError::StoppedRun(root.clone()),
-        (error, _) => error,
-    };
-    let sigma = sigma_of(&prepared, &chosen, &stop).map_err(is_stopped)?;
+    let sigma = sigma_of(&prepared, &chosen, &stop).map_err(|error| stopped_early(error, arguments))?;
     let (folder, state) = open_folder(arguments, &prepared, &root, earlier, fresh)?;
     let forecast = forecast_run(&prepared, begin.is_some(), (&chosen, &plan));
     let made = timed("making the engine", || until(&stop, || chosen.engine(&prepared, camera)));
-    let mut engine = made.map_err(|Stopped| is_stopped(CliError::StoppedBefore))??;
+    let mut engine = made.map_err(|Stopped| stopped_early(CliError::StoppedBefore, arguments))??;
     let start_up_s = began.elapsed().as_secs_f64();
     let bars = step_bars(&forecast, prepared.scene.time.steps);
     let job = Job {
@@ -185,6 +181,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     print_summary(&report, &folder);
     check_validation(&chosen)?;
     if report.interrupted { Err(CliError::StoppedRun(root)) } else { Ok(()) }
+}
+
+/// A stop before the first step. A run that goes on has what it had.
+fn stopped_early(error: CliError, arguments: &Arguments) -> CliError {
+    match (error, &arguments.resume) {
+        (CliError::StoppedBefore, Some(root)) => CliError::StoppedRun(root.clone()),
+        (error, _) => error,
+    }
 }
 
 fn reach_of(arguments: &Arguments, earlier: Option<&EarlierRun>) -> ReachArguments {

@@ -40,7 +40,7 @@ use crate::thermal::misfit::{Misfit, check_length, part};
 use crate::trace::span;
 use absorbed::{Absorbed, AbsorbingSurface};
 use carry::{PlaceBalance, within_step};
-use conducted::{Conduction, apart, areas_of_pieces};
+use conducted::{ConductedErrors, apart, areas_of_pieces};
 use exchange::{ExchangeErrorState, ExchangeErrors};
 use materials::SurfaceConstants;
 use node_errors::{NodeErrors, spreads_of_nodes};
@@ -378,7 +378,7 @@ impl<'a> Uncertainty<'a> {
             let [_, gained] = self.balance_of_node(node, f64::INFINITY, temperatures).passed(length);
             self.surface.areas[node] / gained.max(f64::MIN_POSITIVE)
         };
-        let Some(conduction) = Conduction::new(self.prepared, weight) else { return };
+        let Some(conduction) = ConductedErrors::new(self.prepared, weight) else { return };
         let terms: [fn(&mut NodeErrors) -> &mut f64; 3] =
             [|node| &mut node.steps, |node| &mut node.held, |node| &mut node.alike];
         for term in terms {

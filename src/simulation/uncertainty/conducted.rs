@@ -36,8 +36,8 @@ pub(super) fn apart(square: f64, piece: f64, patch: f64) -> f64 {
     if patch > 0.0 { (1.0 + spread / patch).powf(-0.25) } else { 1.0 }
 }
 
-/// Conduction between the drawn nodes of a network during a step.
-pub(super) struct Conduction<'a> {
+/// ConductedErrors between the drawn nodes of a network during a step.
+pub(super) struct ConductedErrors<'a> {
     prepared: &'a Prepared,
     /// The drawn nodes.
     drawn: Vec<usize>,
@@ -48,7 +48,7 @@ pub(super) struct Conduction<'a> {
     all: Vec<f64>,
 }
 
-impl<'a> Conduction<'a> {
+impl<'a> ConductedErrors<'a> {
     /// `weight` is what a drawn node radiates for each kelvin, over the share of its error that a step takes away [W/K]. `None` without a network.
     pub(super) fn new(prepared: &'a Prepared, weight: impl Fn(usize) -> f64) -> Option<Self> {
         let scene = prepared.network.as_ref()?;
