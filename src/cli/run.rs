@@ -183,7 +183,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if report.interrupted { Err(CliError::StoppedRun(root)) } else { Ok(()) }
 }
 
-/// A stop before the first step. A run that goes on has what it had.
+/// The error of a stop before the first step. A resumed run keeps its earlier steps.
 fn stopped_early(error: CliError, arguments: &Arguments) -> CliError {
     match (error, &arguments.resume) {
         (CliError::StoppedBefore, Some(root)) => CliError::StoppedRun(root.clone()),

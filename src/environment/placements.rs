@@ -50,7 +50,7 @@ pub enum PlaceError {
         what: &'static str,
     },
     /// A length or speed beyond what is computed with.
-    #[error("{what} is {size:e} {unit}, and at most {most:e} {unit} are taken")]
+    #[error("{what} is {size:e} {unit} or more, and at most {most:e} {unit} are taken")]
     Huge {
         /// Name of the value.
         what: &'static str,
@@ -61,9 +61,11 @@ pub enum PlaceError {
         /// Its unit.
         unit: &'static str,
     },
-    /// A Sun that the craft touches.
-    #[error("the Sun is {distance} km from the craft, and its radius is {} km: its place is in metres from the planet's centre", SUN_RADIUS / 1e3)]
+    /// A Sun in which the craft or the planet would be.
+    #[error("the Sun is {distance} km from {whom}, and its radius is {} km: its place is in metres from the planet's centre", SUN_RADIUS / 1e3)]
     InSun {
+        /// What lies in it.
+        whom: &'static str,
         /// Distance of its centre [km].
         distance: f64,
     },
@@ -228,9 +230,10 @@ fn check(place: &PlacementSample, planet_radius: f64) -> Result<(), PlaceError> 
     if let Some((what, vector, most, unit)) = sizes.into_iter().find(|(_, vector, most, _)| size(*vector) > *most) {
         return Err(PlaceError::Huge { what, size: size(vector), most, unit });
     }
-    let to_sun = (place.sun - place.position).length();
-    if to_sun <= SUN_RADIUS {
-        return Err(PlaceError::InSun { distance: to_sun / 1e3 });
+    for (whom, distance) in [("the craft", (place.sun - place.position).length()), ("the planet", place.sun.length())] {
+        if distance <= SUN_RADIUS {
+            return Err(PlaceError::InSun { whom, distance: distance / 1e3 });
+        }
     }
     let attitude = place.inertial_from_body;
     if !(attitude.is_finite() && attitude.length() > 0.0) {

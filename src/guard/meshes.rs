@@ -105,6 +105,6 @@ fn find_doubled_sheets(prepared: &Prepared, shapes: &[PartShape]) -> Option<Find
             "{} m2 are drawn twice in one place: each of the two sheets stores, conducts and radiates",
             short(doubled.iter().map(|(_, area)| area).sum())
         ),
-        remedy: "remove one of the two from the model, or halve the material's thickness".to_owned(),
+        remedy: "remove one of the two from the model".to_owned(),
     })
 }

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! with the share v of the Sun's disc that the place sees, the sunlight q_open that would be absorbed if nothing hid the Sun, and q_nodes that which the nodes absorb. Where all nodes
-//! of a triangle are lit or dark v is known without a ray. With radiation between surfaces each node also takes an even flux, which brings it to its temperature,
+//! of a triangle are lit or dark v is known without a ray. With radiation between surfaces, or with a structure below a blanket, each node also takes an even flux, which brings it to its temperature,
 //! and the place takes the flux between them.
 
 mod disc;

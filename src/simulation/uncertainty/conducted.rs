@@ -1,12 +1,14 @@
 //! Errors that conduction moves from node to node.
 
 use crate::exchange::scaling::conjugate_gradients;
+use crate::simulation::network::SceneNetwork;
 use crate::simulation::prepare::Prepared;
+use crate::thermal::network::LinearConductor;
 use crate::thermal::network::connection::root;
 
 /// Products with the conductances in a step, at most, and the share of the first change at which the solution is near enough.
 const PRODUCTS: usize = 20;
-const NEAR: f64 = 0.02;
+const NEAR: f64 = 1e-3;
 
 /// Area of all that conducts to each drawn node [m2]. `areas` are those of the nodes. Empty without a network.
 pub(super) fn areas_of_pieces(prepared: &Prepared, areas: &[f64]) -> Vec<f64> {
@@ -36,70 +38,69 @@ pub(super) fn apart(square: f64, piece: f64, patch: f64) -> f64 {
     if patch > 0.0 { (1.0 + spread / patch).powf(-0.25) } else { 1.0 }
 }
 
-/// ConductedErrors between the drawn nodes of a network during a step.
+/// Solves w x + sum of G (x - x of a neighbour) = w `first` with the weights `own` and the conductances of conductors between nodes that `take` part, near to a share of the first
+/// change. What is alike over all that conducts stays, to the last bit.
+pub(super) fn settled(
+    linear: &[LinearConductor],
+    takes: impl Fn(usize) -> bool,
+    own: &[f64],
+    first: &[f64],
+    (near, products): (f64, usize),
+) -> Vec<f64> {
+    let conductors = || {
+        let ends = linear.iter().map(|one| (one.nodes.map(|node| node as usize), one.conductance));
+        ends.filter(|([a, b], _)| takes(*a) && takes(*b))
+    };
+    let moved = |of: &[f64]| {
+        let mut heat = vec![0.0; of.len()];
+        conductors().for_each(|([a, b], conductance)| {
+            heat[a] += conductance * (of[b] - of[a]);
+            heat[b] += conductance * (of[a] - of[b]);
+        });
+        heat
+    };
+    let mut all = own.to_vec();
+    conductors().for_each(|([a, b], conductance)| {
+        all[a] += conductance;
+        all[b] += conductance;
+    });
+    let times = |way: &[f64]| -> Vec<f64> {
+        let moved = moved(way);
+        way.iter().zip(own).zip(moved).map(|((way, own), moved)| own * way - moved).collect()
+    };
+    let change = conjugate_gradients(&all, times, &moved(first), near, products);
+    first.iter().zip(change).map(|(first, change)| first + change).collect()
+}
+
+/// Conduction of errors between the drawn nodes of a network during a step.
 pub(super) struct ConductedErrors<'a> {
-    prepared: &'a Prepared,
-    /// The drawn nodes.
-    drawn: Vec<usize>,
-    /// Weight of what each drawn node errs by itself [W/K].
-    weights: Vec<f64>,
-    /// The same of each node of the network, and with the conductances to its drawn neighbours.
+    scene: &'a SceneNetwork,
+    /// The drawn nodes, and the weight of what each errs by itself [W/K].
+    drawn: Vec<(usize, f64)>,
+    /// The same of each node of the network.
     own: Vec<f64>,
-    all: Vec<f64>,
 }
 
 impl<'a> ConductedErrors<'a> {
     /// `weight` is what a drawn node radiates for each kelvin, over the share of its error that a step takes away [W/K]. `None` without a network.
     pub(super) fn new(prepared: &'a Prepared, weight: impl Fn(usize) -> f64) -> Option<Self> {
-        let scene = prepared.network.as_ref()?;
-        let network = scene.network();
-        let drawn: Vec<usize> = (0..prepared.nodes.vertex_of_node.len()).filter(|slot| scene.has(*slot)).collect();
-        let weights: Vec<f64> = drawn.iter().map(|slot| weight(*slot)).collect();
-        let mut own = vec![0.0; network.len()];
-        drawn.iter().zip(&weights).for_each(|(slot, weight)| own[scene.node_of(*slot)] += weight);
-        let mut conduction = Self { prepared, drawn, weights, all: own.clone(), own };
-        let mut all = std::mem::take(&mut conduction.all);
-        conduction.conductors().for_each(|([a, b], conductance)| {
-            all[a] += conductance;
-            all[b] += conductance;
-        });
-        Some(Self { all, ..conduction })
+        let scene = prepared.network.as_deref()?;
+        let slots = (0..prepared.nodes.vertex_of_node.len()).filter(|slot| scene.has(*slot));
+        let drawn: Vec<(usize, f64)> = slots.map(|slot| (slot, weight(slot))).collect();
+        let mut own = vec![0.0; scene.network().len()];
+        drawn.iter().for_each(|(slot, weight)| own[scene.node_of(*slot)] += weight);
+        Some(Self { scene, drawn, own })
     }
 
-    /// Conductors between drawn nodes.
-    fn conductors(&self) -> impl Iterator<Item = ([usize; 2], f64)> {
-        let network = self.prepared.network.as_ref().map(|scene| scene.network());
-        let linear = network.map_or(&[][..], |network| &network.linear);
-        let ends = |[a, b]: [u32; 2]| [a as usize, b as usize];
-        let both = linear.iter().map(move |one| (ends(one.nodes), one.conductance));
-        both.filter(|([a, b], _)| self.own[*a] > 0.0 && self.own[*b] > 0.0)
-    }
-
-    /// The errors of drawn nodes at the end of the step, where `alone` are those without conduction. With weights w and conductances G they solve
-    /// w x + sum of G (x - x of a neighbour) = w `alone`. What all nodes err alike stays.
+    /// Gives drawn nodes their errors at the end of the step, where `alone` are those without conduction.
     pub(super) fn spread(&self, alone: &mut [f64]) {
-        let Some(scene) = &self.prepared.network else { return };
         let mut first = vec![0.0; self.own.len()];
-        for (slot, weight) in self.drawn.iter().zip(&self.weights) {
-            first[scene.node_of(*slot)] += weight * alone[*slot];
+        for (slot, weight) in &self.drawn {
+            first[self.scene.node_of(*slot)] += weight * alone[*slot];
         }
         first.iter_mut().zip(&self.own).for_each(|(first, own)| *first = if *own > 0.0 { *first / own } else { 0.0 });
-        let moved = |of: &[f64]| {
-            let mut heat = vec![0.0; of.len()];
-            self.conductors().for_each(|([a, b], conductance)| {
-                heat[a] += conductance * (of[b] - of[a]);
-                heat[b] += conductance * (of[a] - of[b]);
-            });
-            heat
-        };
-        let times = |way: &[f64]| -> Vec<f64> {
-            let moved = moved(way);
-            way.iter().zip(&self.own).zip(moved).map(|((way, own), moved)| own * way - moved).collect()
-        };
-        let change = conjugate_gradients(&self.all, times, &moved(&first), NEAR, PRODUCTS);
-        for slot in &self.drawn {
-            let node = scene.node_of(*slot);
-            alone[*slot] = first[node] + change[node];
-        }
+        let linear = &self.scene.network().linear;
+        let settled = settled(linear, |node| self.own[node] > 0.0, &self.own, &first, (NEAR, PRODUCTS));
+        self.drawn.iter().for_each(|(slot, _)| alone[*slot] = settled[self.scene.node_of(*slot)]);
     }
 }

@@ -1,11 +1,11 @@
 //! How far errors reach by conduction.
 
-use crate::exchange::scaling::conjugate_gradients;
+use super::conducted::settled;
 use crate::simulation::prepare::Prepared;
 
-/// Products with the conductances, at most, and the share of the sources at which the solution is near enough.
+/// Products with the conductances, at most, and the share of the first change at which the solution is near enough.
 const PRODUCTS: usize = 100;
-const NEAR: f64 = 1e-3;
+const NEAR: f64 = 1e-6;
 
 /// Squares of the errors that reach each drawn node by conduction [K2]: with the conductances G and what a node radiates for each kelvin h [W/K], the solution of
 /// (h + sum G) s = h e2 + sum G s of its neighbours. An error so reaches as far as the node's temperature does. `squares` are those of the nodes' own errors, and
@@ -13,27 +13,17 @@ const NEAR: f64 = 1e-3;
 pub(super) fn reach(prepared: &Prepared, squares: &[f64], radiated: &[f64]) -> Vec<f64> {
     let Some(scene) = &prepared.network else { return Vec::new() };
     let network = scene.network();
-    // What comes from a node itself, and what all of its ways weigh.
+    // What comes from a node itself, and its weight.
     let mut sources = vec![0.0; network.len()];
-    let mut weights = vec![0.0; network.len()];
+    let mut own = vec![0.0; network.len()];
     let drawn: Vec<usize> = (0..squares.len()).filter(|slot| scene.has(*slot)).collect();
     for slot in &drawn {
         sources[scene.node_of(*slot)] += radiated[*slot] * squares[*slot];
-        weights[scene.node_of(*slot)] += radiated[*slot];
+        own[scene.node_of(*slot)] += radiated[*slot];
     }
-    for conductor in &network.linear {
-        conductor.nodes.iter().for_each(|node| weights[*node as usize] += conductor.conductance);
-    }
-    let times = |way: &[f64]| -> Vec<f64> {
-        let mut image: Vec<f64> = way.iter().zip(&weights).map(|(way, weight)| way * weight).collect();
-        for conductor in &network.linear {
-            let [a, b] = conductor.nodes.map(|node| node as usize);
-            image[a] -= conductor.conductance * way[b];
-            image[b] -= conductor.conductance * way[a];
-        }
-        image
-    };
-    let reached = conjugate_gradients(&weights, times, &sources, NEAR, PRODUCTS);
+    let alone = |(source, own): (&f64, &f64)| if *own > 0.0 { source / own } else { 0.0 };
+    let first: Vec<f64> = sources.iter().zip(&own).map(alone).collect();
+    let reached = settled(&network.linear, |_| true, &own, &first, (NEAR, PRODUCTS));
     let mut of_slots = vec![0.0; squares.len()];
     drawn.iter().for_each(|slot| of_slots[*slot] = reached[scene.node_of(*slot)].max(0.0));
     of_slots

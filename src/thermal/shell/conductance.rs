@@ -4,6 +4,7 @@
 //!
 //! Across from the border of a surface the angle may be obtuse, and no flip mends it. Such a triangle conducts as its two halves on both sides of its altitude do. The foot of the
 //! altitude is no node and has the temperature of the corner across, because no heat passes the border. So heat along the border meets the whole section, and no weight is negative.
+//! Beside such a triangle, and where more than two triangles meet, an obtuse angle may ask for the same. Heat does pass there, and meets less than the whole section.
 
 use super::NO_NODE;
 use super::intrinsic::{Intrinsic, next, previous};

@@ -81,14 +81,14 @@ fn a_mode_decays_as_it_should_on_good_obtuse_and_capped_meshes() {
 /// The error falls with the square of the edges, however near to the border the points lie.
 #[test]
 fn a_mode_decays_as_it_should_beside_obtuse_triangles_at_the_border() {
-    for height in [0.7, 0.3, 0.01] {
-        let error = |n: usize| square_mode(&Mesh::border_caps(n, height));
+    for heights in [&[0.7][..], &[0.3], &[0.01], &[0.3, 0.1], &[0.5, 0.3, 0.1]] {
+        let error = |n: usize| square_mode(&Mesh::border_caps(n, heights));
         let [coarse, fine] = [8, 16].map(error);
-        println!("{height} of half the edge: {:.2} %, {:.2} % on half the edges", 100.0 * coarse, 100.0 * fine);
-        assert!(fine < 0.01 && (coarse / fine).log2() > 1.8, "{height}");
+        println!("{heights:?} of half the edge: {:.2} %, {:.2} % on half the edges", 100.0 * coarse, 100.0 * fine);
+        assert!(fine < 0.01 && (coarse / fine).log2() > 1.8, "{heights:?}");
     }
     // With the negative weights set to 0 instead, the edge of the border conducts too well.
-    let mesh = Mesh::border_caps(16, 0.3);
+    let mesh = Mesh::border_caps(16, &[0.3]);
     let mut wrong = mesh.shell(UNIT);
     wrong.network.linear = plain_cotangents(&mesh).linear.into_iter().filter(|one| one.conductance > 0.0).collect();
     assert!(mode_error(&mesh, &wrong, |p| (PI * p.x).cos() * (PI * p.y).cos(), 2.0 * PI * PI) > 0.1);

@@ -80,9 +80,14 @@ impl Mesh {
         mesh
     }
 
-    /// A good mesh with a point near each edge of the border, half the edge times `height` from its middle. The triangle between them has an obtuse angle, and no flip mends it.
-    pub(super) fn border_caps(n: usize, height: f64) -> Self {
-        let mut mesh = Self::jittered(n, 0.0);
+    /// A good mesh with points near each edge of the border, half the edge times each of the falling `heights` from its middle. The triangles between them have obtuse angles, and no
+    /// flip mends the outermost.
+    pub(super) fn border_caps(n: usize, heights: &[f64]) -> Self {
+        heights.iter().fold(Self::jittered(n, 0.0), |mesh, height| mesh.capped(*height))
+    }
+
+    fn capped(self, height: f64) -> Self {
+        let mut mesh = self;
         let on_border = |p: DVec3| [p.x == 0.0, p.y == 0.0, p.x == 1.0, p.y == 1.0];
         let mut triangles = Vec::new();
         for triangle in std::mem::take(&mut mesh.triangles) {
