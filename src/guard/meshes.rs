@@ -95,8 +95,8 @@ fn find_doubled_sheets(prepared: &Prepared, shapes: &[PartShape]) -> Option<Find
         }
         doubled
     };
-    let doubled: Vec<(&PartShape, f64)> = shapes.iter().map(|shape| (shape, doubled_area(shape))).collect();
-    let doubled: Vec<(&PartShape, f64)> = doubled.into_iter().filter(|(_, area)| *area > 0.0).collect();
+    let areas = shapes.iter().map(|shape| (shape, doubled_area(shape)));
+    let doubled: Vec<(&PartShape, f64)> = areas.filter(|(_, area)| *area > 0.0).collect();
     let about: Vec<&PartShape> = doubled.iter().map(|(shape, _)| *shape).collect();
     (!doubled.is_empty()).then(|| Finding {
         check: "mesh",

@@ -14,6 +14,8 @@ use super::program::run;
 const CAPACITY: f64 = 400.0;
 const EMISSIVITY: f64 = 0.8;
 const START: f64 = 300.0;
+/// Effective emittance of a blanket to the structure below it.
+const BELOW: f64 = 0.3;
 
 /// Temperature of foil [K] after the ten steps of a minute, with shares of the sunlight and of the radiation of a black body at the start. Steps of a tenth of a second.
 fn foil(sun: f64, black: f64) -> f64 {
@@ -36,7 +38,16 @@ fn skin(response: &str) -> String {
 /// A floor of foil, and a plate of foil 1 m above it whose shadow covers the floor's half of x > 0 under a Sun 45 deg above +x.
 fn image(response: &str, edge: f64, key: &str, device: &str) -> Image {
     let all = [("floor", [0.0; 3], true), ("plate", [2.0, 0.0, 1.0], true)];
-    draw(response, edge, key, device, &skin(response), &all)
+    draw(&skin(response), edge, key, device, &skin(response), &all)
+}
+
+/// The same floor over a structure that stays as warm as it began.
+fn image_over_structure(key: &str, device: &str) -> Image {
+    let below = format!(
+        "over = {{ effective_emittance = {BELOW}, thickness = 1, density = 1e4, specific_heat = 1e4, conductivity = 0 }}\n"
+    );
+    let all = [("floor", [0.0; 3], true), ("plate", [2.0, 0.0, 1.0], true)];
+    draw(&(skin("network") + &below), 1.0, key, device, &skin("network"), &all)
 }
 
 /// The same floor below black tiles, 8 m above it, that stay as warm as they began and face it. Their shadow covers the floor's half of x < 0.
@@ -45,7 +56,7 @@ fn image_below_tiles(key: &str, device: &str) -> Image {
     let place = |tile: u8| [f32::from(tile % 8) * 2.0 - 7.0, f32::from(tile / 8) * 2.0 - 7.0, 8.0];
     let tiles = (0..64).map(|tile| ("plate", place(tile), false));
     let all: Vec<_> = std::iter::once(("floor", [0.0; 3], true)).chain(tiles).collect();
-    draw("network", 1.0, &format!("{key}[exchange]\n"), device, tile, &all)
+    draw(&skin("network"), 1.0, &format!("{key}[exchange]\n"), device, tile, &all)
 }
 
 /// View factor of a place on the floor to these tiles (Howell's catalogue, B-3).
@@ -59,13 +70,13 @@ fn share_of_tiles(place: DVec3) -> f64 {
 }
 
 /// Draws a floor of foil and squares of another material.
-fn draw(response: &str, edge: f64, key: &str, device: &str, plate: &str, all: &[(&str, [f32; 3], bool)]) -> Image {
+fn draw(foil: &str, edge: f64, key: &str, device: &str, plate: &str, all: &[(&str, [f32; 3], bool)]) -> Image {
     let rest = format!("[initial]\ntemperature = {START}\n[shadows]\n{key}[network]\ncontacts = \"stated\"\n");
-    let text = scene(&[("floor", &skin(response)), ("plate", plate)], LIT, &rest);
+    let text = scene(&[("floor", foil), ("plate", plate)], LIT, &rest);
     let text = text
         .replace("max_edge = 0.5", &format!("max_edge = {edge}"))
         .replace("budget = true\n", "budget = true\nerror = true\n");
-    let text = if response == "network" { text } else { text.replace("[network]\ncontacts = \"stated\"\n", "") };
+    let text = if foil.contains("network") { text } else { text.replace("[network]\ncontacts = \"stated\"\n", "") };
     // Below the tiles.
     let text = if key.contains("[exchange]") {
         text.replace("position = [-5, -1, 5]", "position = [-5, -1, 3]")
@@ -212,6 +223,22 @@ fn uncertainty_beside_the_edge_of_a_shadow_is_that_of_the_place() {
     assert_eq!(wrong(""), 0);
     let nodes = wrong("in_pixels = false\n");
     assert!(nodes > 30, "nodes alone are wrong in {nodes} pixels");
+}
+
+/// A structure that is warmer than the light on its blanket would make it.
+#[test]
+fn a_blanket_over_a_warm_structure_has_sharp_shadows_too() {
+    // C dT/dt = q + BELOW sigma (START^4 - T^4) - EMISSIVITY sigma T^4: a surface that emits to both sides, and receives from one.
+    let below = |place: DVec3| {
+        let share = BELOW / (EMISSIVITY + BELOW);
+        foil_of(EMISSIVITY + BELOW, if place.x < 0.0 { 1.0 } else { 0.0 }, share)
+    };
+    for device in ["cpu", "gpu"] {
+        let (wrong, _) = wrong_beside(&image_over_structure("", device), below);
+        assert!(wrong == 0, "{device}: {wrong} pixels are wrong");
+    }
+    let (nodes, _) = wrong_beside(&image_over_structure("in_pixels = false\n", "gpu"), below);
+    assert!(nodes > 30, "nodes alone put the edge into {nodes} pixels");
 }
 
 #[test]
